@@ -29,6 +29,7 @@ pub use write::{check_writable, write};
 
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
+use crate::memory;
 use serde::Serialize;
 use std::fs::File;
 use std::io::Read;
@@ -36,8 +37,10 @@ use std::path::Path;
 
 /// The longest side of an image that is read or rendered.
 pub const MAX_SIDE: usize = 1 << 16;
-/// The most pixels of an image that is read: 3 GiB in memory.
+/// The most pixels of an image that is read: 4 GiB in memory.
 const MAX_PIXELS: usize = 1 << 28;
+/// The most bytes of memory for a pixel while an image is read: a colour, and its samples as they are in the file.
+const BYTES_PER_PIXEL: u64 = 32;
 /// The largest file that is read: twelve bytes for each of the most pixels, and a header.
 const MAX_BYTES: u64 = 12 * MAX_PIXELS as u64 + (1 << 20);
 
@@ -70,11 +73,11 @@ impl Image {
     ///
     /// If there is no pixel, or their number is not `width * height`.
     pub fn new(width: u32, height: u32, pixels: Vec<Rgb>) -> Self {
-        assert!(width > 0 && height > 0, "a picture has at least one pixel");
+        assert!(width > 0 && height > 0, "an image has at least one pixel");
         assert_eq!(
             pixels.len(),
             width as usize * height as usize,
-            "a picture has width * height pixels"
+            "an image has width * height pixels"
         );
         Self {
             width,
@@ -101,6 +104,17 @@ impl Image {
         Self::decode(&file_bytes(path)?, space).map_err(|error| error.in_file(path))
     }
 
+    /// Reads the alpha channel of a file, as a grey image; `None` if it has none that is read, or is opaque.
+    ///
+    /// # Errors
+    /// As [`Image::decode`], and if the file cannot be read.
+    pub fn read_alpha(path: &Path) -> Result<Option<Self>> {
+        let alpha = Self::decode_alpha(&file_bytes(path)?).map_err(|error| error.in_file(path))?;
+        let is_not_opaque =
+            |alpha: &Self| alpha.pixels.iter().any(|pixel| pixel.to_array()[0] < 1.0);
+        Ok(alpha.filter(is_not_opaque))
+    }
+
     /// Decodes the bytes of a file as [`Image::read`] does.
     pub fn decode(bytes: &[u8], space: ColourSpace) -> Result<Self> {
         let image = match bytes {
@@ -110,7 +124,7 @@ impl Image {
             [b'P', b'F' | b'f', b'\n' | b'\r' | b' ', ..] => pfm::decode(bytes),
             _ if exr::is_one(bytes) => exr::decode(bytes),
             _ => Err(Error::scene(
-                "not a picture: expected a PNG, JPEG, HDR, EXR or PFM file",
+                "not an image: expected a PNG, JPEG, HDR, EXR or PFM file",
             )),
         }?;
         image.checked_finite()
@@ -201,19 +215,20 @@ fn file_bytes(path: &Path) -> Result<Vec<u8>> {
         .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
         .map_err(cannot_read)?;
     if bytes.len() as u64 > MAX_BYTES {
-        return Err(Error::scene(format!(
-            "larger than {MAX_BYTES} bytes, too large a picture"
-        ))
-        .in_file(path));
+        return Err(
+            Error::scene(format!("larger than {MAX_BYTES} bytes, too large an image"))
+                .in_file(path),
+        );
     }
     Ok(bytes)
 }
 
-/// Checks the size that a file of `bytes` bytes declares for its image, before memory is allocated.
+/// Checks the size that a file of `bytes` bytes declares for its image, and that there is memory for it, before that is
+/// allocated.
 fn checked_size(width: usize, height: usize, bytes: usize) -> Result<(u32, u32)> {
     let refuse = |why: &str| {
         Err(Error::scene(format!(
-            "a picture of {width} x {height} pixels {why}"
+            "an image of {width} x {height} pixels {why}"
         )))
     };
     if width == 0 || height == 0 {
@@ -227,6 +242,8 @@ fn checked_size(width: usize, height: usize, bytes: usize) -> Result<(u32, u32)>
     if width * height > MAX_PIXELS_PER_BYTE * bytes {
         return refuse(&format!("does not fit in {bytes} bytes"));
     }
+    let memory = (width * height) as u64 * BYTES_PER_PIXEL;
+    memory::check(memory, || format!("an image of {width} x {height} pixels"))?;
     Ok((width as u32, height as u32))
 }
 
@@ -261,13 +278,13 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_is_over_all_pixels() {
+    fn image_mean_averages_each_channel_over_all_pixels() {
         let image = Image::new(2, 1, vec![Rgb::new(0.0, 1.0, 2.0), Rgb::new(1.0, 1.0, 4.0)]);
         assert_eq!(image.mean(), [0.5, 1.0, 3.0]);
     }
 
     #[test]
-    fn what_cannot_be_read_is_io_and_what_is_no_picture_is_scene() {
+    fn unreadable_file_is_io_error_and_invalid_image_scene_error() {
         let folder = tempfile::tempdir().expect("a folder");
         let missing = Image::read(&folder.path().join("missing.png"), ColourSpace::Srgb)
             .expect_err("missing");
@@ -276,14 +293,14 @@ mod tests {
         assert_eq!(is_folder.kind(), ErrorKind::Io);
 
         let text = folder.path().join("text.png");
-        std::fs::write(&text, "no picture").expect("written");
+        std::fs::write(&text, "no image").expect("written");
         let no_picture = Image::read(&text, ColourSpace::Srgb).expect_err("text");
         assert_eq!(no_picture.kind(), ErrorKind::Scene);
         assert_eq!(no_picture.file(), Some(text.as_path()));
     }
 
     #[test]
-    fn a_pixel_that_is_not_finite_is_named() {
+    fn non_finite_pixel_is_rejected_with_its_coordinates() {
         let folder = tempfile::tempdir().expect("a folder");
         let mut image = sample_image();
         image.pixels_mut()[13 * 2 + 5] = Rgb::new(0.0, f32::NAN, 0.0);
@@ -297,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn absurd_sizes_are_refused() {
+    fn out_of_range_image_sizes_are_rejected() {
         for (width, height) in [(0, 1), (1, 0), (65537, 1), (1, usize::MAX), (65536, 65536)] {
             assert!(
                 checked_size(width, height, 1 << 30).is_err(),
@@ -312,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn a_truncated_file_is_no_picture() {
+    fn truncated_image_files_are_rejected() {
         for bytes in encoded() {
             for length in [bytes.len() / 2, bytes.len() - bytes.len() / 4, 20, 5] {
                 let error = Image::decode(&bytes[..length], ColourSpace::Srgb);

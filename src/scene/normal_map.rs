@@ -26,7 +26,7 @@ impl NormalMap {
         let flat = texture
             .constant()
             .is_some_and(|colour| tangent_normal(colour, *strength) == Vec3::Z);
-        (!flat && *strength > 0.0).then(|| Self {
+        (!flat && *strength != 0.0).then(|| Self {
             texture: Arc::clone(texture),
             strength: *strength,
         })
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn x_is_along_u_and_y_along_v_also_where_the_picture_is_mirrored() {
+    fn normal_map_axes_follow_tangents_also_when_mirrored() {
         let texel = Rgb::new(0.5 + 0.3, 0.5 + 0.1, 0.5 + 0.4);
         let expected = Vec3::new(0.6, 0.2, 0.8).normalize();
         let near = |got: Vec3, expected: Vec3| assert!((got - expected).length() < 1e-6, "{got}");
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn a_level_map_and_one_without_strength_are_none() {
+    fn flat_or_zero_strength_normal_map_is_omitted() {
         let flat = Rgb::new(128.0 / 255.0, 127.0 / 255.0, 1.0);
         let constant = Texture::Checker {
             colours: [flat; 2],
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_normal_never_goes_below_the_surface() {
+    fn mapped_normal_below_the_surface_is_ignored() {
         let texel = Rgb::new(0.9, 0.5, 0.2);
         assert_eq!(tilted(texel, [Vec3::X, Vec3::Y]), Vec3::Z);
     }

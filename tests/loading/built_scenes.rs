@@ -15,7 +15,7 @@ use etendue::internals::scene::load::load;
 use std::sync::Arc;
 
 #[test]
-fn whatever_is_loaded_would_have_been_let_through() {
+fn loaded_scenes_pass_the_scene_check() {
     for file in [
         "scenes/cornell-box/cornell-box.toml",
         "scenes/suzanne-room/suzanne-room.toml",
@@ -70,7 +70,7 @@ fn mesh_of(scene: &mut SceneDescription) -> &mut MeshDescription {
 }
 
 #[test]
-fn cameras_and_films_out_of_their_range_are_refused() {
+fn invalid_cameras_and_films_are_rejected_naming_the_field() {
     is_refused("camera.fov", |scene| scene.camera.fov = f64::NAN);
     is_refused("camera.fov", |scene| scene.camera.fov = 3.2);
     is_refused("camera.to_world", |scene| {
@@ -91,7 +91,7 @@ fn cameras_and_films_out_of_their_range_are_refused() {
 }
 
 #[test]
-fn shapes_out_of_their_range_are_refused() {
+fn invalid_shapes_are_rejected_naming_the_field() {
     is_refused("mesh`: indices: vertex 3", |scene| {
         mesh_of(scene).indices.push([0, 1, 3]);
     });
@@ -156,7 +156,7 @@ fn shapes_out_of_their_range_are_refused() {
 }
 
 #[test]
-fn materials_out_of_their_range_are_refused() {
+fn invalid_materials_are_rejected_naming_the_field() {
     let grey = |value: f32| ColourDescription::from(Rgb::grey(value));
     let bright = Texture::Image {
         image: Arc::new(Image::filled(2, 2, Rgb::WHITE)),
@@ -239,7 +239,7 @@ fn materials_out_of_their_range_are_refused() {
 }
 
 #[test]
-fn lights_out_of_their_range_are_refused() {
+fn invalid_lights_are_rejected_naming_the_field() {
     let checker = Texture::Checker {
         colours: [Rgb::BLACK, Rgb::WHITE],
         repeat: etendue::internals::math::vec::Vec2::ONE,
@@ -301,7 +301,7 @@ fn lights_out_of_their_range_are_refused() {
 }
 
 #[test]
-fn what_is_refused_is_not_added() {
+fn rejected_shapes_and_lights_are_not_added_to_the_scene() {
     let mut scene = scene();
     let sphere = |radius| GeometryDescription::Sphere {
         center: DVec3::ZERO,

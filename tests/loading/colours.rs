@@ -32,7 +32,7 @@ fn texture(colour: &ColourDescription) -> &Texture {
 }
 
 #[test]
-fn colours_are_read_in_every_spelling() {
+fn colour_arrays_scalars_hex_codes_and_checkers_are_read() {
     assert_eq!(constant(&read("[0.25, 0.5, 1]")), Rgb::new(0.25, 0.5, 1.0));
     assert_eq!(constant(&read("0.25")), Rgb::grey(0.25));
     let code = |code: u8| srgb::to_linear(f64::from(code) / 255.0) as f32;
@@ -55,7 +55,7 @@ fn colours_are_read_in_every_spelling() {
 }
 
 #[test]
-fn textures_are_read_once_and_in_their_colour_space() {
+fn image_textures_are_read_with_colour_space_and_scale() {
     let material = |name: &str, rest: &str| {
         let table = "[[material]]\ntype = \"diffuse\"\n";
         format!("{table}name = \"{name}\"\nreflectance = {{ texture = \"t.png\"{rest} }}\n")

@@ -71,7 +71,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
 
     #[test]
-    fn no_damage_makes_loading_panic(damages in damage(), which in 0..3_u8) {
+    fn loading_randomly_damaged_files_does_not_panic(damages in damage(), which in 0..3_u8) {
         let hurt = |this: u8, text: &str| if this == which { damaged(text, &damages) } else { text.into() };
         if which == 0 {
             survives([("a.toml", hurt(0, SMALL)), ("a.mtl", Vec::new())], "a.toml");

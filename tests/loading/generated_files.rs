@@ -321,7 +321,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
 
     #[test]
-    fn scenes_of_any_tables_load_or_say_where_they_are_wrong(
+    fn generated_scene_files_load_or_fail_with_file_and_line(
         head in prop_oneof![9 => Just(HEAD), 1 => Just("version = 1\n[camera]\n")],
         tables in vec(table(), 1..5),
     ) {
@@ -330,7 +330,7 @@ proptest! {
     }
 
     #[test]
-    fn models_of_any_lines_load_or_say_where_they_are_wrong(lines in vec(model_line(), 0..12)) {
+    fn generated_obj_models_load_or_fail_with_file_name(lines in vec(model_line(), 0..12)) {
         let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{}", lines.join("\n"));
         check(&SceneFolder::new([("a.obj", text.as_str()), ("m.mtl", LIBRARY)]), "a.obj");
     }

@@ -21,7 +21,7 @@ fn positions(scene: &SceneDescription) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn a_file_with_its_buffer_within_beside_or_in_a_chunk_is_the_same_scene() {
+fn embedded_external_and_glb_buffers_load_the_same_mesh() {
     let (builder, [positions, _, indices]) = square();
     let keys = format!("\"attributes\":{{\"POSITION\":{positions}}},\"indices\":{indices}");
     let within = builder.load(&one_mesh(&keys));
@@ -49,7 +49,7 @@ fn a_file_with_its_buffer_within_beside_or_in_a_chunk_is_the_same_scene() {
 }
 
 #[test]
-fn elements_are_read_in_every_packing() {
+fn interleaved_accessors_and_all_index_types_are_read() {
     let mut builder = Builder::default();
     // Positions and texture coordinates of 16 bits side by side, with a gap.
     let mut bytes = vec![];
@@ -82,7 +82,7 @@ fn elements_are_read_in_every_packing() {
 }
 
 #[test]
-fn sparse_elements_replace_those_of_the_view_or_zeros() {
+fn sparse_accessors_override_buffer_view_values_or_zeros() {
     for has_view in [true, false] {
         let mut builder = Builder::default();
         let base = floats(&[5.0; 9]);
@@ -107,7 +107,7 @@ fn sparse_elements_replace_those_of_the_view_or_zeros() {
 }
 
 #[test]
-fn strips_and_fans_keep_their_orientation_and_unused_vertices_are_dropped() {
+fn strip_and_fan_winding_is_kept_and_unused_vertices_dropped() {
     let (mut builder, [all, ..]) = square();
     let zigzag = builder.add("SCALAR", U8, 4, &[0, 1, 3, 2]);
     let modes = [
@@ -147,7 +147,7 @@ fn strips_and_fans_keep_their_orientation_and_unused_vertices_are_dropped() {
 }
 
 #[test]
-fn nodes_of_one_mesh_are_instances_and_others_are_placed() {
+fn shared_meshes_become_instances_and_others_placed_shapes() {
     let (builder, [all, _, indices]) = square();
     let primitive = format!(
         "{{\"primitives\":[{{\"attributes\":{{\"POSITION\":{all}}},\"indices\":{indices}}}]}}"
@@ -181,7 +181,7 @@ fn material(scene: &SceneDescription) -> &MaterialDescription {
 }
 
 #[test]
-fn the_default_material_is_rough_metal_and_its_factors_are_read() {
+fn default_material_is_rough_metal_and_factors_are_read() {
     let scene = with_material("\"name\":\"m\"", "");
     let model = MaterialModel::Principled {
         base_color: Rgb::WHITE.into(),
@@ -230,7 +230,7 @@ fn texture(colour: &ColourDescription) -> &Texture {
 }
 
 #[test]
-fn textures_are_placed_wrapped_tinted_and_cut_off() {
+fn texture_wrap_tint_alpha_cutoff_and_normal_scale_are_read() {
     let scene = with_material(
         "\"alphaMode\":\"MASK\",\"alphaCutoff\":0.5,\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,0.5,1,1],\
          \"baseColorTexture\":{\"index\":0},\"metallicRoughnessTexture\":{\"index\":0}},\
@@ -261,7 +261,7 @@ fn textures_are_placed_wrapped_tinted_and_cut_off() {
 }
 
 #[test]
-fn a_texture_transform_is_that_of_the_extension_with_v_up() {
+fn khr_texture_transform_is_applied_with_v_up() {
     let scene = with_material(
         "\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0,\"extensions\":{\"KHR_texture_transform\":\
          {\"offset\":[0.1,0.2],\"rotation\":1.5707963267948966,\"scale\":[2,3]}}}}",
@@ -281,7 +281,7 @@ fn a_texture_transform_is_that_of_the_extension_with_v_up() {
 }
 
 #[test]
-fn colours_of_vertices_become_a_texture_or_a_factor() {
+fn vertex_colours_become_a_texture_or_a_constant_colour() {
     for (second, varies) in [([0.0_f32, 1.0, 0.0], true), ([1.0, 0.0, 0.0], false)] {
         let (mut builder, [all, _, indices]) = square();
         let mut colours = floats(&[1.0, 0.0, 0.0].repeat(3));
@@ -314,7 +314,7 @@ const LIGHTS: &str = ",\"extensions\":{\"KHR_lights_punctual\":{\"lights\":[\
     {\"type\":\"spot\",\"intensity\":683,\"spot\":{\"innerConeAngle\":0.25,\"outerConeAngle\":0.75}}]}}";
 
 #[test]
-fn lights_are_converted_at_683_lumens_a_watt() {
+fn light_intensities_are_converted_at_683_lumens_per_watt() {
     let (builder, [all, _, indices]) = square();
     let light = |index: usize| {
         format!(
@@ -345,7 +345,7 @@ fn lights_are_converted_at_683_lumens_a_watt() {
 }
 
 #[test]
-fn the_first_camera_or_the_named_one_is_used() {
+fn first_or_named_camera_is_used() {
     let (builder, [all, _, indices]) = square();
     let text = builder.gltf(&format!(
         "\"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":{all}}},\"indices\":{indices}}}]}}],\
@@ -371,7 +371,7 @@ fn the_first_camera_or_the_named_one_is_used() {
 }
 
 #[test]
-fn what_is_left_out_is_noted() {
+fn unsupported_gltf_features_are_noted() {
     let (builder, [all, _, indices]) = square();
     let scene = builder.load(&format!(
         "\"extensionsUsed\":[\"KHR_materials_sheen\"],\"skins\":[{{\"joints\":[0]}}],\

@@ -6,7 +6,7 @@ use etendue::ErrorKind;
 use etendue::internals::scene::load::load;
 
 #[test]
-fn no_part_of_a_binary_file_is_one() {
+fn truncated_glb_is_rejected_at_every_length() {
     let (builder, [all, _, indices]) = square();
     let keys = format!("\"attributes\":{{\"POSITION\":{all}}},\"indices\":{indices}");
     let whole = builder.glb(&one_mesh(&keys));
@@ -21,7 +21,7 @@ fn no_part_of_a_binary_file_is_one() {
 }
 
 #[test]
-fn errors_name_the_place_and_what_was_expected() {
+fn gltf_errors_name_the_location_and_expected_content() {
     let (builder, [all, uvs, indices]) = square();
     let position = format!("\"attributes\":{{\"POSITION\":{all}}}");
     let valid = builder.gltf(&one_mesh(&format!("{position},\"indices\":{indices}")));
@@ -133,7 +133,7 @@ fn errors_name_the_place_and_what_was_expected() {
 }
 
 #[test]
-fn indices_and_numbers_out_of_range_are_errors() {
+fn out_of_range_indices_and_infinite_positions_are_rejected() {
     let (mut builder, [all, ..]) = square();
     let wrong = builder.add("SCALAR", U8, 3, &[0, 1, 4]);
     let message = refused(&builder.gltf(&one_mesh(&format!(
@@ -160,7 +160,7 @@ fn indices_and_numbers_out_of_range_are_errors() {
 }
 
 #[test]
-fn a_missing_file_is_an_input_error_that_names_both() {
+fn missing_buffer_file_is_an_io_error_naming_buffer_and_file() {
     let (builder, [all, ..]) = square();
     let keys = one_mesh(&format!("\"attributes\":{{\"POSITION\":{all}}}"));
     let folder = SceneFolder::new([("a.gltf", builder.gltf_beside(&keys, "none.bin"))]);
@@ -174,7 +174,7 @@ fn a_missing_file_is_an_input_error_that_names_both() {
 }
 
 #[test]
-fn data_that_is_used_again_and_again_is_refused() {
+fn accessors_expanding_far_beyond_the_file_are_rejected() {
     let mut builder = Builder::default();
     let positions = floats(&[0.5; 3 * 300]);
     let view = builder.view(&positions, "");

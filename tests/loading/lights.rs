@@ -99,7 +99,7 @@ fn with_pictures() -> SceneFolder {
 }
 
 #[test]
-fn a_panorama_is_read_with_its_scale_and_its_turn() {
+fn environment_map_is_read_with_scale_and_rotation() {
     let folder = with_pictures();
     let body = "[[light]]\ntype = \"environment\"\nradiance = { texture = \"good.pfm\", scale = 3 }\n\
                 transform = [{ rotate = { axis = [0, 1, 0], angle = 90 } }]\n\
@@ -112,7 +112,7 @@ fn a_panorama_is_read_with_its_scale_and_its_turn() {
     let LightModel::Environment { radiance, to_world } = &sky.model else {
         panic!()
     };
-    // The middle of the picture, along -z, is turned to -x.
+    // The middle of the image, along -z, is turned to -x.
     assert!((*to_world * DVec3::NEG_Z - DVec3::NEG_X).length() < 1e-12);
     let ColourDescription::Texture(texture) = radiance else {
         panic!()
@@ -129,7 +129,7 @@ fn a_panorama_is_read_with_its_scale_and_its_turn() {
 }
 
 #[test]
-fn pictures_of_what_is_no_light_are_refused_with_their_place() {
+fn invalid_environment_images_are_rejected_with_pixel_and_line() {
     let folder = with_pictures();
     for (name, scale, said) in [
         ("negative.pfm", 1.0, "values below 0"),
@@ -150,7 +150,7 @@ fn pictures_of_what_is_no_light_are_refused_with_their_place() {
 }
 
 #[test]
-fn mistakes_in_lights_are_named() {
+fn invalid_light_tables_are_rejected_with_line_and_reason() {
     let folder = with_pictures();
     let point = "type = \"point\"\nposition = [0, 0, 0]\nintensity = 1\n";
     let spot = "type = \"spot\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nintensity = 1\n";

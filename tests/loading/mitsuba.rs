@@ -54,7 +54,7 @@ fn close(a: DVec3, b: DVec3) -> bool {
 }
 
 #[test]
-fn the_scenes_of_the_collection_are_read() {
+fn mitsuba_cornell_box_and_veach_mis_scenes_are_read() {
     let cornell = load(&in_repository("scenes/mitsuba/cornell-box/scene.xml")).expect("valid");
     assert_eq!((cornell.shapes.len(), cornell.film.size), (8, (1024, 1024)));
     assert_eq!(
@@ -99,7 +99,7 @@ fn the_scenes_of_the_collection_are_read() {
 }
 
 #[test]
-fn names_references_and_transforms_are_resolved_in_order() {
+fn defaults_references_and_transforms_are_resolved_in_order() {
     let it = valid(
         r#"<default name="x" value="2"/><default name="x" value="3"/><default name="xy" value="5"/>
         <bsdf type="diffuse" id="red"><rgb name="reflectance" value="0.5, 0.25 0"/></bsdf>
@@ -139,7 +139,43 @@ fn names_references_and_transforms_are_resolved_in_order() {
 }
 
 #[test]
-fn every_bsdf_becomes_a_material() {
+fn scenes_of_versions_before_2_are_upgraded() {
+    let old = read(
+        r#"<scene version="0.6.0"><sensor type="thinlens"><float name="apertureRadius" value="0.5"/>
+        <transform name="toWorld"><lookAt origin="1, 2, 3" target="1, 2, 0" up="0, 1, 0"/></transform></sensor>
+        <shape type="sphere"><bsdf type="diffuse"><rgb name="diffuseReflectance" value="0.25"/></bsdf></shape></scene>"#,
+    );
+    let old = old.unwrap_or_else(|error| panic!("{error}"));
+    assert!(close(
+        old.camera.to_world.translation,
+        DVec3::new(1.0, 2.0, 3.0)
+    ));
+    // Without a distance, a lens focuses at the end of the view.
+    assert_eq!(
+        (old.camera.lens_radius, old.camera.focus_distance),
+        (0.5, 1e4)
+    );
+    let MaterialModel::Diffuse { reflectance } = &old.materials[0].model else {
+        panic!("{:?}", old.materials[0])
+    };
+    assert_eq!(reflectance.constant(), Some(Rgb::grey(0.25)));
+    assert!(old.check_faithful().is_ok());
+}
+
+#[test]
+fn aliases_and_capitalised_booleans_are_read() {
+    let it = valid(
+        r#"<bsdf type="diffuse" id="red"><rgb name="reflectance" value="0.5, 0.25 0"/></bsdf>
+        <alias id="red" as="wall"/><shape type="cube"><boolean name="flip_normals" value="False"/><ref id="wall"/></shape>"#,
+    );
+    let MaterialModel::Diffuse { reflectance } = &it.materials[0].model else {
+        panic!("{:?}", it.materials[0])
+    };
+    assert_eq!(reflectance.constant(), Some(Rgb::new(0.5, 0.25, 0.0)));
+}
+
+#[test]
+fn mitsuba_bsdfs_are_converted_to_materials() {
     let (model, two_sided, _) = material(
         r#"<bsdf type="twosided"><bsdf type="roughconductor">
         <string name="material" value="Au"/><float name="alpha" value="0.25"/>
@@ -153,6 +189,22 @@ fn every_bsdf_becomes_a_material() {
     let (model, _, _) =
         material(r#"<bsdf type="conductor"><string name="material" value="none"/></bsdf>"#);
     assert!(matches!(model, MaterialModel::Mirror { .. }));
+    // Without a metal's name, too, a conductor reflects all light.
+    let (model, _, _) = material(r#"<bsdf type="conductor"/>"#);
+    assert!(matches!(model, MaterialModel::Mirror { .. }));
+    for indices in [
+        "",
+        r#"<rgb name="eta" value="0"/><rgb name="k" value="1"/>"#,
+    ] {
+        let (model, _, _) = material(&format!(
+            r#"<bsdf type="roughconductor"><string name="material" value="none"/>
+            <string name="distribution" value="ggx"/>{indices}</bsdf>"#
+        ));
+        let MaterialModel::Conductor { eta, k, .. } = model else {
+            panic!("{model:?}")
+        };
+        assert_eq!((eta, k), (Rgb::grey(1e-4), Rgb::WHITE));
+    }
     let (model, two_sided, _) = material(
         r#"<bsdf type="dielectric"><string name="int_ior" value="water"/>
         <float name="ext_ior" value="1"/></bsdf>"#,
@@ -206,7 +258,7 @@ fn every_bsdf_becomes_a_material() {
 }
 
 #[test]
-fn every_emitter_becomes_a_light() {
+fn mitsuba_emitters_are_converted_or_noted_as_omitted() {
     let it = valid(
         r#"<emitter type="constant"><rgb name="radiance" value="0.5"/></emitter>
         <emitter type="point"><point name="position" x="1" y="2" z="3"/><rgb name="intensity" value="4"/></emitter>
@@ -245,7 +297,7 @@ fn every_emitter_becomes_a_light() {
 }
 
 #[test]
-fn groups_are_placed_by_instances() {
+fn shapegroups_become_groups_placed_by_instances() {
     let it = valid(
         r#"<shape type="shapegroup" id="pair"><shape type="sphere"/><shape type="cube"/></shape>
         <shape type="instance"><ref id="pair"/><transform name="to_world"><translate y="3"/></transform></shape>
@@ -270,7 +322,7 @@ fn groups_are_placed_by_instances() {
 }
 
 #[test]
-fn normals_and_texture_coordinates_follow_the_conventions_of_mitsuba() {
+fn normals_and_uvs_follow_mitsuba_conventions() {
     let checker = r#"<bsdf type="diffuse"><texture type="checkerboard" name="reflectance">
         <transform name="to_uv"><scale x="3" y="2"/></transform></texture></bsdf>"#;
     let it = valid(&format!(
@@ -346,7 +398,7 @@ fn load_serialized(bytes: &[u8], index: usize) -> Result<SceneDescription, Error
 }
 
 #[test]
-fn serialized_meshes_are_read_and_damaged_ones_refused() {
+fn serialized_meshes_are_read_and_truncated_ones_rejected() {
     for version in [3, 4] {
         let whole = serialized(version);
         let it = load_serialized(&whole, 0).unwrap_or_else(|error| panic!("{error}"));
@@ -364,7 +416,7 @@ fn serialized_meshes_are_read_and_damaged_ones_refused() {
 }
 
 #[test]
-fn errors_have_a_line_and_what_was_expected() {
+fn mitsuba_errors_name_the_file_and_what_is_wrong() {
     for (content, expected) in [
         (
             "<shap type=\"cube\"/>",
@@ -461,7 +513,7 @@ fn errors_have_a_line_and_what_was_expected() {
 }
 
 #[test]
-fn a_scene_cut_anywhere_is_an_error_and_never_a_panic() {
+fn truncated_mitsuba_scene_is_rejected_at_every_length() {
     let whole =
         scene("<bsdf type=\"diffuse\" id=\"é\"/><shape type=\"cube\"><ref id=\"é\"/></shape>");
     for length in 0..whole.len() {

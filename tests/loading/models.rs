@@ -48,7 +48,7 @@ fn base(colour: &ColourDescription) -> Rgb {
 const CORNERS: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
 #[test]
-fn a_triangle_is_read_in_every_spelling() {
+fn obj_syntax_variants_give_the_same_triangle() {
     for text in [
         TRIANGLE.to_owned(),
         TRIANGLE.replace('\n', "\r\n"),
@@ -65,7 +65,7 @@ fn a_triangle_is_read_in_every_spelling() {
 }
 
 #[test]
-fn polygons_become_fans() {
+fn obj_polygons_are_triangulated_as_fans() {
     let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
     let [a, b, c, d] = [
         [0.0, 0.0, 0.0],
@@ -86,7 +86,7 @@ fn polygons_become_fans() {
 }
 
 #[test]
-fn normals_and_texture_coordinates_are_those_of_their_corners() {
+fn obj_corners_have_their_indexed_normals_and_uvs() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvn 0 0 1\nvn 0 0 2\nf 1/3/1 2/1/2 3/2/1\n";
     let scene = load_model(text, "");
     let mesh = mesh(&scene, 0);
@@ -118,7 +118,7 @@ fn names_may_contain_spaces() {
 }
 
 #[test]
-fn materials_become_what_their_keys_say() {
+fn mtl_keys_select_the_material_model_and_parameters() {
     let read = |keys: &str| {
         let model = format!("mtllib a.mtl\nusemtl it\n{TRIANGLE}");
         let scene = load_model(&model, &format!("newmtl it\n{keys}"));
@@ -185,7 +185,7 @@ fn materials_become_what_their_keys_say() {
 }
 
 #[test]
-fn pictures_become_alpha_normals_and_light() {
+fn mtl_images_become_alpha_normal_and_emission_maps() {
     let grey = Image::filled(2, 2, Rgb::grey(0.5));
     let read = |keys: &str| {
         let model = format!("mtllib a.mtl\nusemtl it\n{TRIANGLE}");
@@ -202,6 +202,9 @@ fn pictures_become_alpha_normals_and_light() {
     assert_eq!(alpha("Pr 1"), Some(Rgb::WHITE));
     assert_eq!(alpha("d 0.25"), Some(Rgb::grey(0.25)));
     assert_eq!(alpha("map_d grey.pfm"), Some(Rgb::grey(0.5)));
+    assert_eq!(alpha("Tr 0.25"), Some(Rgb::grey(0.75)));
+    assert_eq!(alpha("Tr 1"), Some(Rgb::WHITE));
+    assert_eq!(alpha("Tr 0.25\nd 0.5"), Some(Rgb::grey(0.5)));
     assert_eq!(alpha("d 0.25\nmap_d grey.pfm"), Some(Rgb::grey(0.125)));
 
     let (material, emission) = read("norm -bm 1 grey.pfm");
@@ -221,7 +224,7 @@ fn pictures_become_alpha_normals_and_light() {
 }
 
 #[test]
-fn a_bare_model_is_framed_and_lit() {
+fn bare_model_gets_a_framing_camera_and_white_sky() {
     let cube = "v -3 10 0\nv 5 10 0\nv 1 90 2\nv 1 50 -40\nf 1 2 3\nf 1 2 4\n";
     let scene = load_model(cube, "");
     assert_eq!(scene.constant_environment(), Rgb::WHITE);
@@ -266,7 +269,7 @@ fn model<'a>(scene: &'a SceneDescription, name: &str) -> &'a MaterialModel {
 }
 
 #[test]
-fn the_suzanne_room_is_complete() {
+fn suzanne_room_has_expected_triangles_materials_and_emitter() {
     let scene = load(&in_repository("scenes/suzanne-room/suzanne-room.toml")).expect("it is valid");
     assert_eq!(scene.materials.len(), 10);
     let count: usize = (0..scene.shapes.len())
@@ -321,7 +324,7 @@ fn the_suzanne_room_is_complete() {
 }
 
 #[test]
-fn the_examples_of_the_documentation_load() {
+fn scene_format_documentation_examples_load() {
     let page = include_str!("../../docs/scene-format.md");
     let examples: Vec<&str> = page
         .split("```toml\n")

@@ -8,7 +8,7 @@ use crate::common::scene_folder::SceneFolder;
 use etendue::description::NoteKind;
 
 #[test]
-fn a_note_has_its_place_and_its_kind() {
+fn notes_have_kind_and_source_location() {
     let folder = SceneFolder::new([
         (
             "a.obj",
@@ -36,7 +36,7 @@ fn a_note_has_its_place_and_its_kind() {
 }
 
 #[test]
-fn strict_refuses_what_is_left_out_but_not_what_is_decided() {
+fn strict_mode_rejects_omissions_but_accepts_decisions() {
     let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
     let points = format!("{triangle}p 1\n");
     let folder = SceneFolder::new([("decided.obj", triangle), ("left-out.obj", points.as_str())]);

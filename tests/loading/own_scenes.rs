@@ -52,7 +52,7 @@ fn rendered(path: &Path, size: (u32, u32), spp: u64) -> Film {
 }
 
 #[test]
-fn every_scene_of_ours_renders_without_a_sample_that_is_not_finite() {
+fn bundled_scenes_render_without_non_finite_samples() {
     let scenes = all_scenes();
     assert!(scenes.len() >= 6, "{scenes:?}");
     for path in scenes {
@@ -71,7 +71,7 @@ fn furnace(name: &str) -> PathBuf {
 }
 
 #[test]
-fn a_sphere_that_absorbs_nothing_cannot_be_told_from_its_sky() {
+fn white_furnace_spheres_have_unit_radiance_in_every_pixel() {
     for name in ["white-sphere", "glass-sphere"] {
         let image = rendered(&furnace(name), (64, 64), 16).develop();
         for pixel in image.pixels() {
@@ -82,7 +82,7 @@ fn a_sphere_that_absorbs_nothing_cannot_be_told_from_its_sky() {
 }
 
 #[test]
-fn a_grey_box_that_emits_glows_twice_as_bright() {
+fn emissive_grey_box_furnace_has_mean_radiance_two() {
     let film = rendered(&furnace("grey-box"), (64, 64), 64);
     // From the film's own estimate of the relative error (slightly too small, as relMSE has epsilon = 0.01 mean^2),
     // for the mean of 4096 pixels.
@@ -98,7 +98,7 @@ fn a_grey_box_that_emits_glows_twice_as_bright() {
 }
 
 #[test]
-fn the_gallery_has_a_small_picture_and_the_effects_of_each_of_its_scenes() {
+fn gallery_images_exist_and_listed_effects_match_the_scenes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = std::fs::read_to_string(root.join("docs/gallery.md")).expect("the page exists");
     let sections: Vec<&str> = page.split("\n## ").skip(1).collect();

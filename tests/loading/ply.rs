@@ -118,7 +118,7 @@ fn mesh(scene: &SceneDescription) -> &MeshDescription {
 }
 
 #[test]
-fn every_encoding_gives_the_same_mesh_with_all_attributes() {
+fn ascii_and_both_binary_ply_encodings_give_the_same_mesh() {
     for format in FORMATS {
         let scene = read(file(format)).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(scene.shapes.len(), 1);
@@ -167,7 +167,7 @@ fn every_encoding_gives_the_same_mesh_with_all_attributes() {
 }
 
 #[test]
-fn texture_coordinates_and_shared_vertices_are_kept_without_colours() {
+fn ply_without_colours_keeps_uvs_and_shared_vertices() {
     let text = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty double y\n\
         property double z\nproperty float texture_u\nproperty float texture_v\nelement face 1\n\
         property list uchar uint vertex_index\nend_header\n\
@@ -186,7 +186,7 @@ fn texture_coordinates_and_shared_vertices_are_kept_without_colours() {
 }
 
 #[test]
-fn edges_and_texture_coordinates_of_corners_are_noted() {
+fn two_vertex_faces_and_per_corner_texcoords_are_noted() {
     let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
         property float z\nelement face 2\nproperty list uchar int vertex_indices\n\
         property list uchar float texcoord\nend_header\n\
@@ -206,7 +206,7 @@ fn edges_and_texture_coordinates_of_corners_are_noted() {
 }
 
 #[test]
-fn a_file_cut_anywhere_is_an_error_and_never_a_panic() {
+fn truncated_ply_is_rejected_at_every_length() {
     for format in FORMATS {
         let whole = file(format);
         // Only white space follows the last number of the ascii file.
@@ -220,7 +220,7 @@ fn a_file_cut_anywhere_is_an_error_and_never_a_panic() {
 }
 
 #[test]
-fn a_changed_byte_is_an_error_or_a_mesh() {
+fn corrupt_ply_bytes_give_a_mesh_or_an_error_naming_the_file() {
     for format in FORMATS {
         let whole = file(format);
         for index in 0..whole.len() {
@@ -236,7 +236,7 @@ fn a_changed_byte_is_an_error_or_a_mesh() {
 }
 
 #[test]
-fn errors_name_the_line_or_the_byte_and_what_was_expected() {
+fn ply_errors_name_the_line_or_byte_and_expected_content() {
     let ascii = String::from_utf8(file("ascii")).expect("text");
     let change = |from: &str, to: &str| {
         assert!(ascii.contains(from), "{from}");
@@ -319,7 +319,7 @@ fn errors_name_the_line_or_the_byte_and_what_was_expected() {
 }
 
 #[test]
-fn what_is_no_file_is_an_error_of_input() {
+fn missing_ply_file_is_an_io_error() {
     let folder = SceneFolder::new::<&str>([]);
     let error = load(&folder.path("none.ply")).expect_err("there is no file");
     assert_eq!(error.kind(), ErrorKind::Io);

@@ -102,7 +102,7 @@ fn scenes_below(folder: &Path, found: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn our_own_scenes_come_back() {
+fn saved_bundled_scenes_reload_and_render_bit_identically() {
     let mut paths = vec![];
     scenes_below(&in_repository("scenes"), &mut paths);
     assert!(paths.len() > 10);
@@ -113,7 +113,7 @@ fn our_own_scenes_come_back() {
 }
 
 #[test]
-fn generated_scenes_come_back() {
+fn saved_generated_scenes_reload_and_render_bit_identically() {
     let mut generator = Generator::new(5);
     for index in 0..40 {
         let mut wanted = generator.wanted();
@@ -150,7 +150,7 @@ fn generated_scenes_come_back() {
 }
 
 #[test]
-fn a_gltf_scene_comes_back_with_its_textures() {
+fn saved_textured_gltf_reloads_and_renders_bit_identically() {
     let (builder, [positions, uvs, indices]) = square();
     let keys = format!(
         "\"attributes\":{{\"POSITION\":{positions},\"TEXCOORD_0\":{uvs}}},\"indices\":{indices},\"material\":0"
@@ -166,7 +166,7 @@ fn a_gltf_scene_comes_back_with_its_textures() {
 }
 
 #[test]
-fn a_file_that_cannot_be_written_leaves_nothing_behind() {
+fn failed_save_keeps_existing_files_and_leaves_no_new_ones() {
     let folder = SceneFolder::new([("s.toml", "before")]);
     let scene = Generator::new(1).scene(Effect::ALL.into_iter().collect());
     assert!(save(&scene, &folder.path("s.txt")).is_err());

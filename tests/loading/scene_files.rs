@@ -43,7 +43,7 @@ fn assert_near(got: DVec3, want: [f64; 3]) {
 }
 
 #[test]
-fn what_is_not_written_has_its_default() {
+fn missing_keys_take_their_default_values() {
     let scene = load_text(HEAD);
     let CameraDescription {
         to_world,
@@ -116,7 +116,7 @@ fn what_is_not_written_has_its_default() {
 }
 
 #[test]
-fn the_camera_and_the_picture_are_read() {
+fn camera_and_film_settings_are_read() {
     let scene = load_text(
         "version = 1\n[camera]\neye = [1, 2, 3]\ntarget = [1, 2, -1]\nup = [1, 0, 0]\nfov = 60\n\
          lens_radius = 0.25\nfocus_distance = 7\nshutter = [0.5, 0.5]\n\
@@ -162,7 +162,7 @@ fn the_camera_and_the_picture_are_read() {
 }
 
 #[test]
-fn a_camera_moves_from_key_to_key() {
+fn camera_motion_keyframes_are_read() {
     let camera = |keys: &str| {
         let text = format!("version = 1\n[camera]\nshutter = [-1, 2.5]\nmotion = [{keys}]");
         load_text(&text).camera
@@ -186,7 +186,7 @@ fn a_camera_moves_from_key_to_key() {
 }
 
 #[test]
-fn shapes_move_from_key_to_key() {
+fn shape_motion_keyframes_are_read() {
     let sphere = "type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\n";
     assert!(shape(sphere).motion.is_empty());
     let keys = "motion = [{ time = -1, transform = [] }, { time = 1e9, transform = [{ scale = 2 }, { translate = [1, 2, 3] }] }]";
@@ -203,7 +203,7 @@ fn shapes_move_from_key_to_key() {
 }
 
 #[test]
-fn groups_are_of_shapes_and_of_instances() {
+fn groups_can_contain_shapes_and_instances() {
     let folder = SceneFolder::new([
         (
             "a.toml",
@@ -260,7 +260,7 @@ motion = [{{ time = 0, transform = [] }}, {{ time = 1, transform = [{{ translate
 }
 
 #[test]
-fn a_group_that_nothing_places_is_told_of() {
+fn group_without_instance_is_noted() {
     let member = "[[shape]]\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\ngroup = ";
     let scene = load_text(&format!(
         "{HEAD}{member}\"a\"\n{member}\"b\"\n{member}\"a\"\n[[instance]]\nof = \"b\""
@@ -273,7 +273,7 @@ fn a_group_that_nothing_places_is_told_of() {
 }
 
 #[test]
-fn what_a_shape_emits_may_vary_over_it() {
+fn emission_is_read_as_constant_checker_or_image_texture() {
     let lamp = "type = \"rectangle\"\ncorner = [0, 0, 0]\nedge_u = [1, 0, 0]\nedge_v = [0, 1, 0]\nemission = ";
     let emission = |colour: &str| {
         shape(&format!("{lamp}{colour}"))
@@ -306,7 +306,7 @@ fn what_a_shape_emits_may_vary_over_it() {
 }
 
 #[test]
-fn the_render_table_is_kept_as_it_is_written() {
+fn render_table_values_are_read_unchanged() {
     let render = load_text(&format!(
         "{HEAD}[render]\nintegrator = \"path\"\nspp = 17\nsampler = \"independent\"\nmax_bounces = 0\n\
          seed = 18446744073709551615"
@@ -322,7 +322,7 @@ fn the_render_table_is_kept_as_it_is_written() {
 }
 
 #[test]
-fn materials_of_every_type_are_read() {
+fn conductor_dielectric_and_principled_materials_are_read() {
     let model = material("type = \"conductor\"\npreset = \"gold\"\nroughness = 0.25\ntint = 0.5");
     let MaterialModel::Conductor {
         eta,
@@ -412,7 +412,7 @@ fn phong_and_plastic_are_read() {
 }
 
 #[test]
-fn every_material_has_alpha_a_normal_map_and_sides() {
+fn alpha_normal_map_and_two_sided_keys_are_read() {
     let read = |keys: &str| {
         let table = "[[material]]\nname = \"it\"\ntype = \"mirror\"\n";
         let text = format!("{HEAD}{table}{keys}");
@@ -446,7 +446,7 @@ fn every_material_has_alpha_a_normal_map_and_sides() {
 }
 
 #[test]
-fn shapes_of_every_type_are_read() {
+fn analytic_shapes_and_inline_meshes_are_read() {
     let sphere = shape(
         "name = \"ball\"\ntype = \"sphere\"\ncenter = [1, 2, 3]\nradius = 4\nemission = [1, 2, 3]\ntwo_sided_emission = true",
     );
@@ -514,7 +514,7 @@ fn shapes_of_every_type_are_read() {
 }
 
 #[test]
-fn the_steps_of_a_transform_are_applied_in_their_order() {
+fn transform_steps_are_applied_in_listed_order() {
     let moved = |steps: &str, point: [f64; 3]| {
         let body = "type = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\ntransform = ";
         let transform = shape(&format!("{body}[{steps}]")).transform;
@@ -538,7 +538,7 @@ fn the_steps_of_a_transform_are_applied_in_their_order() {
 }
 
 #[test]
-fn environments_add_up() {
+fn constant_environment_lights_are_summed() {
     let light = "[[light]]\ntype = \"environment\"\nradiance = ";
     let scene = load_text(&format!("{HEAD}{light}[0, 1, 2]\n{light}0.5\n"));
     assert_eq!(scene.constant_environment(), Rgb::new(0.5, 1.5, 2.5));

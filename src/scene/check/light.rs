@@ -22,7 +22,7 @@ pub fn light(light: &LightDescription) -> Result<()> {
             colour(radiance, f32::MAX, || field("radiance"))?;
             if let ColourDescription::Texture(texture) = radiance {
                 let is_picture = matches!(**texture, Texture::Image { .. });
-                let expected = "expected a colour or an image: an environment cannot be a checker";
+                let expected = "expected a colour or a plain image: an environment has neither a checker nor a place on a surface";
                 require(is_picture, || field("radiance"), expected)?;
             }
             let is_turned = to_world.is_finite() && is_rotation(to_world);

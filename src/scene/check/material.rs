@@ -38,9 +38,12 @@ fn maps(fields: Fields<'_>, material: &MaterialDescription) -> Result<()> {
         fields.reflectance("metallic_roughness_map", &map)?;
     }
     if let Some(map) = &material.normal_map {
-        let is_fine = map.strength >= 0.0 && map.strength.is_finite();
-        let expected = "expected a finite strength of at least 0";
-        require(is_fine, || fields.named("normal_map"), expected)?;
+        let expected = "expected a finite strength";
+        require(
+            map.strength.is_finite(),
+            || fields.named("normal_map"),
+            expected,
+        )?;
     }
     Ok(())
 }

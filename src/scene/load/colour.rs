@@ -31,6 +31,8 @@ pub enum Bound {
 #[derive(Debug, Default)]
 pub struct Textures {
     images: HashMap<(PathBuf, ColourSpace), Arc<Image>>,
+    /// The alpha channels of images that have one and are not opaque.
+    alphas: HashMap<PathBuf, Option<Arc<Image>>>,
 }
 
 impl Textures {
@@ -45,6 +47,18 @@ impl Textures {
             Entry::Vacant(place) => Arc::clone(place.insert(Arc::new(Image::read(path, space)?))),
         };
         Ok(Texture::Image { image, scale })
+    }
+
+    /// Returns the alpha channel of an image file; `None` if it has none that is read, or is opaque.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or its image is damaged.
+    pub fn read_alpha(&mut self, path: &Path, scale: f32) -> Result<Option<Texture>> {
+        let alpha = match self.alphas.entry(path.to_path_buf()) {
+            Entry::Occupied(known) => known.get().clone(),
+            Entry::Vacant(place) => place.insert(Image::read_alpha(path)?.map(Arc::new)).clone(),
+        };
+        Ok(alpha.map(|image| Texture::Image { image, scale }))
     }
 
     /// Returns the texture of an image file whose values are at most 1.

@@ -9,11 +9,14 @@ use super::reader::{Table, Value};
 use super::transform::transform;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
+use crate::geometry::uv_map::UvMap;
+use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_rotation;
 use crate::math::vec::{DMat3, DVec3};
 use crate::scene::description::{ColourDescription, LightDescription, LightModel, Place};
 use std::path::Path;
+use std::sync::Arc;
 
 /// The types of lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,11 +174,31 @@ fn direction(value: &Value<'_>) -> Result<DVec3> {
 fn radiance(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<ColourDescription> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let radiance = colour(value, Bound::NonNegative, folder, textures)?;
-    match &radiance {
-        ColourDescription::Texture(texture) if matches!(**texture, Texture::Checker { .. }) => {
+    let ColourDescription::Texture(texture) = &radiance else {
+        return Ok(radiance);
+    };
+    match &**texture {
+        Texture::Image { .. } => Ok(radiance),
+        Texture::Placed {
+            image,
+            tint,
+            uv_map,
+        } if *uv_map == UvMap::default() => {
+            let pixels = image.pixels().iter().map(|&pixel| *tint * pixel);
+            let image = Image::new(image.width(), image.height(), pixels.collect());
+            let texture = Texture::Image {
+                image: Arc::new(image),
+                scale: 1.0,
+            };
+            Ok(ColourDescription::Texture(Arc::new(texture)))
+        }
+        Texture::Placed { .. } => {
+            Err(value
+                .error("expected an image without uv_map and wrap: to_world turns an environment"))
+        }
+        Texture::Checker { .. } => {
             Err(value.error("expected a colour or an image: an environment cannot be a checker"))
         }
-        _ => Ok(radiance),
     }
 }
 

@@ -201,9 +201,7 @@ fn data_map(
         .map_err(|_| value.expected("a file in quotes, or a table of a texture"))?;
     let strength = match bound {
         Bound::Reflectance => 1.0,
-        Bound::NonNegative => number(&table, "strength", 1.0, "a number of at least 0", |x| {
-            x >= 0.0
-        })?,
+        Bound::NonNegative => number(&table, "strength", 1.0, "a finite number", f32::is_finite)?,
     };
     let texture = texture(value, &table, bound, ColourSpace::Linear, folder, textures)?;
     table.finish()?;

@@ -35,7 +35,7 @@ pub use wording::unknown_name;
 use super::description::SceneDescription;
 use crate::error::{Error, Result};
 use crate::memory;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The loader of a format.
 type Load = fn(&Path) -> Result<SceneDescription>;
@@ -89,6 +89,17 @@ pub fn load_with(path: &Path, camera: Option<&str>) -> Result<SceneDescription> 
         .in_file(path)
     })?;
     load(path)
+}
+
+/// The file of this name in the folder of another file. Programs on Windows write backslashes between folders.
+fn named_beside(path: &Path, name: &str) -> PathBuf {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let file = folder.join(name);
+    if name.contains('\\') && !file.exists() {
+        folder.join(name.replace('\\', "/"))
+    } else {
+        file
+    }
 }
 
 /// Reads a text file, without its byte order mark.

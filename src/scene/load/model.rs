@@ -113,7 +113,7 @@ pub fn sky_unless(is_lit: bool, path: &Path, contents: &mut Contents) -> Option<
     };
     contents.note(Note::of_scene(
         NoteKind::Decision,
-        "nothing in the model emits light: a constant white sky was added",
+        "no lamp lights the model: a constant white sky was added",
     ));
     Some(LightDescription::sky(place, Rgb::WHITE))
 }

@@ -18,8 +18,8 @@
 
 use super::colour::Textures;
 use super::contents::Contents;
-use super::read_text;
 use super::wording::{shown, unknown_name};
+use super::{named_beside, read_text};
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};
@@ -35,7 +35,7 @@ use std::sync::Arc;
 /// Supported keys.
 const READ: &[&str] = &[
     "newmtl", "Kd", "Ke", "Ni", "Ns", "d", "Tf", "illum", "map_Kd", "map_Ke", "map_d", "norm",
-    "Pr", "Pm",
+    "Pr", "Pm", "Tr",
 ];
 
 /// Supported keys whose values are textures.
@@ -45,7 +45,6 @@ const PICTURES: &[&str] = &["map_Kd", "map_Ke", "map_d", "norm"];
 const PASSED_OVER: &[&str] = &[
     "Ka",
     "Ks",
-    "Tr",
     "Ps",
     "Pc",
     "Pcr",
@@ -69,7 +68,9 @@ pub struct Entry {
     diffuse: Rgb,
     /// The texture files by key, with their lines.
     pictures: BTreeMap<&'static str, (PathBuf, usize)>,
-    opacity: f32,
+    opacity: Option<f32>,
+    /// 1 - opacity by `Tr`, which counts without an opacity.
+    transparency: f32,
     emission: Rgb,
     ior: f32,
     transmission: Option<f32>,
@@ -134,7 +135,8 @@ impl Entry {
             },
             diffuse: Rgb::grey(0.8),
             pictures: BTreeMap::new(),
-            opacity: 1.0,
+            opacity: None,
+            transparency: 0.0,
             emission: Rgb::BLACK,
             ior: 1.5,
             transmission: None,
@@ -162,7 +164,8 @@ impl Entry {
                     |_| Error::scene(format!("expected a whole number, found {}", shown(rest)));
                 self.illumination = Some(model.map_err(expected)?);
             }
-            "d" => self.opacity = number(rest, 1.0)?,
+            "d" => self.opacity = Some(number(rest, 1.0)?),
+            "Tr" => self.transparency = number(rest, 1.0)?,
             _ if PASSED_OVER.contains(&key) => {}
             _ if NOT_DRAWN.contains(&key) => {
                 note = Some(format!("{key} is not supported by this version; left out"));
@@ -177,12 +180,12 @@ impl Entry {
                 }
                 if !options.is_empty() {
                     note = Some(format!(
-                        "the options {} of a picture are not supported",
+                        "the options {} of an image are not supported",
                         shown(options)
                     ));
                 }
-                let folder = self.place.file.parent().unwrap_or(Path::new(""));
-                self.pictures.insert(picture, (folder.join(file), line));
+                let file = named_beside(&self.place.file, file);
+                self.pictures.insert(picture, (file, line));
             }
         }
         Ok(note)
@@ -214,7 +217,13 @@ impl Entry {
     pub fn material(&self, textures: &mut Textures) -> Result<MaterialDescription> {
         let read = |file: &Path| textures.read_reflectance(file, ColourSpace::Srgb, 1.0);
         let base_color = self.picture("map_Kd", read)?;
-        let read = |file: &Path| textures.read_reflectance(file, ColourSpace::Linear, self.opacity);
+        // Some programs write a transparency of 1 for opaque materials.
+        let of_transparency = 1.0 - self.transparency % 1.0;
+        let opacity = self.opacity.unwrap_or(of_transparency);
+        let read = |file: &Path| match textures.read_alpha(file, opacity)? {
+            Some(alpha) => Ok(alpha),
+            None => textures.read_reflectance(file, ColourSpace::Linear, opacity),
+        };
         let alpha = self.picture("map_d", read)?;
         let read = |file: &Path| textures.read(file, ColourSpace::Linear, 1.0);
         let normals = self.picture("norm", read)?;
@@ -225,7 +234,7 @@ impl Entry {
         };
         let model = self.model(or_constant(base_color, self.diffuse))?;
         Ok(MaterialDescription {
-            alpha: or_constant(alpha, Rgb::grey(self.opacity)),
+            alpha: or_constant(alpha, Rgb::grey(opacity)),
             normal_map: normals.map(|texture| NormalMapDescription {
                 texture: Arc::new(texture),
                 strength: 1.0,
@@ -413,7 +422,7 @@ mod tests {
     }
 
     #[test]
-    fn blenders_transmission_is_glass_but_a_filter_alone_is_not() {
+    fn blender_transmission_is_dielectric_but_tf_alone_is_not() {
         for glass in [
             "Tf 1 1 1;Pr 0;Ni 1.5",
             "illum 7;Ni 1.5;Ns 1000",
@@ -446,7 +455,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_rough_or_without_highlights_is_diffuse() {
+    fn rough_non_metals_and_those_without_highlights_are_diffuse() {
         for matte in ["Pr 1", "Kd 1 1 1", "Ns 0", "Ns 900;illum 1"] {
             assert!(
                 matches!(model(matte), MaterialModel::Diffuse { .. }),
@@ -472,7 +481,7 @@ mod tests {
     }
 
     #[test]
-    fn options_stand_before_the_file() {
+    fn texture_options_are_split_from_the_file_name() {
         for (text, options, file) in [
             ("a b.png", "", "a b.png"),
             (
@@ -488,7 +497,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_out_of_range_are_errors() {
+    fn invalid_values_are_rejected() {
         let mut entry = Entry::new("m", Path::new("m.mtl"), 1);
         for (key, rest) in [
             ("Kd", "1 1"),

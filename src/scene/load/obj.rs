@@ -5,10 +5,10 @@
 //! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 use super::contents::Contents;
-use super::mtl::{self, Entry};
+use super::mtl;
 use super::obj_text::{Complaint, ObjText};
-use super::read_text;
 use super::wording::{shown, unknown_name};
+use super::{named_beside, read_text};
 use crate::error::{Error, Result};
 use crate::math::vec::{DVec2, DVec3};
 use crate::scene::description::{
@@ -83,6 +83,14 @@ fn whole_file(path: &Path) -> Place {
     }
 }
 
+/// A line of a file.
+fn on(path: &Path, line: usize) -> Place {
+    Place {
+        file: path.to_path_buf(),
+        line: Some(line),
+    }
+}
+
 /// Converts a complaint about a line of a file into an error.
 fn at(path: &Path) -> impl Fn(Complaint) -> Error {
     move |(line, why)| Error::scene(why).in_file(path).at_line(line)
@@ -102,15 +110,22 @@ fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<S
     let mut known = BTreeMap::new();
     for (line, written) in &obj.libraries {
         for library in library_files(path, written) {
+            if !library.exists() {
+                let text = format!("the library {} is missing", shown(written));
+                contents.note(Note::at(on(path, *line), NoteKind::Omission, text));
+                continue;
+            }
             mtl::read(&library, &mut known, contents)
                 .map_err(|error| named_in(error, path, *line))?;
         }
     }
     let mut surface = |(line, name): &(usize, String)| -> Result<Surface> {
-        let entry: &Entry = known.get(name).ok_or_else(|| {
+        let Some(entry) = known.get(name) else {
             let names: Vec<&str> = known.keys().map(String::as_str).collect();
-            at(path)((*line, unknown_name("material", name, &names)))
-        })?;
+            let text = format!("{}; drawn grey", unknown_name("material", name, &names));
+            contents.note(Note::at(on(path, *line), NoteKind::Omission, text));
+            return Ok((contents.default_material(), None));
+        };
         let here = |error| named_in(error, path, *line);
         let material = entry.material(&mut contents.textures).map_err(here)?;
         let emission = entry.emission(&mut contents.textures).map_err(here)?;
@@ -127,14 +142,13 @@ fn named_in(error: Error, path: &Path, line: usize) -> Error {
 
 /// Returns the files of one `mtllib`: a name that may contain spaces, or else several names.
 fn library_files(path: &Path, written: &str) -> Vec<PathBuf> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let whole = folder.join(written);
+    let whole = named_beside(path, written);
     if whole.exists() || !written.contains(char::is_whitespace) {
         vec![whole]
     } else {
         written
             .split_whitespace()
-            .map(|name| folder.join(name))
+            .map(|name| named_beside(path, name))
             .collect()
     }
 }

@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn faces_are_sorted_by_group_material_and_what_their_corners_have() {
+    fn faces_are_split_by_group_material_and_vertex_attributes() {
         let mut obj = read(
             "vt 0\nvn 0 0 1\ng a\nf 1 2 3\nf 1/1 2/1 3/1\nusemtl m\nf 1//1 2//1 3//1\n\
              g b\nf -3/-1/-1 -2/1/1 -1/1/1\nf 1 2\np 1\ng a\nusemtl m\nf 1//1 2//1 3//1\nf 1/1 2 3/1/\n",
@@ -328,13 +328,13 @@ mod tests {
     }
 
     #[test]
-    fn what_follows_a_vertex_is_dropped() {
+    fn extra_vertex_components_are_dropped() {
         let mut obj = ObjText::read("v 1 2 3 0\nv 1 2 3 .5 .5 .5\nvt 1 2 3\n").expect("valid");
         assert_eq!(obj.for_parser(), "v 1 2 3\nv 1 2 3\nvt 1 2\n");
     }
 
     #[test]
-    fn names_may_have_spaces_and_lines_may_go_on() {
+    fn names_may_contain_spaces_and_lines_may_be_continued() {
         let obj = read("  usemtl\ta b \nf 1 \\\r\n2 \\\n3\n# C:\\\nmtllib c d.mtl\nf 1 2 3 \\");
         assert_eq!(obj.materials, [(4, "a b".to_owned())]);
         assert_eq!(obj.libraries, [(9, "c d.mtl".to_owned())]);
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn every_error_has_its_line() {
+    fn parse_errors_report_line_and_cause() {
         for (end, words) in [
             ("f 1 2 4", "vertex 4 is out of range: there are 3"),
             ("f 0 1 2", "vertex 0 is out of range"),

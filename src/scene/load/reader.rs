@@ -424,7 +424,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_keys_are_answered_with_the_nearest() {
+    fn unknown_key_error_suggests_the_nearest_known_key() {
         let radius = |table: &Table<'_>| table.optional("radius").map_or(Ok(()), |_| Ok(()));
         assert_eq!(
             check("a = 1\nradius = 1", radius),
@@ -437,7 +437,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_numbers_keep_all_their_digits() {
+    fn integers_are_read_with_full_64_bit_precision() {
         let seed = |table: &Table<'_>| {
             let seed = table.required("seed")?.whole(0, u64::MAX)?;
             assert_eq!(seed, u64::MAX);
@@ -449,7 +449,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_toml_is_an_error_with_its_line() {
+    fn toml_syntax_error_is_reported_with_its_line() {
         assert!(check("a = 1\nb = = 2", |_| Ok(())).starts_with("a.toml:2: "));
     }
 }

@@ -217,7 +217,7 @@ mod tests {
 
     /// The CIE's chromaticity of D65, and of illuminant A, which is a black body of 2855.5 K.
     #[test]
-    fn the_observer_sees_the_chromaticities_of_the_cie() {
+    fn illuminant_chromaticities_match_cie_values() {
         let d65 = xyz_with(|_, d65| d65);
         let xy = |c: DVec3| [c.x / (c.x + c.y + c.z), c.y / (c.x + c.y + c.z)];
         let [x, y] = xy(d65);
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn light_has_luminance_one_and_white_surfaces_are_white() {
+    fn blackbody_has_unit_luminance_and_grey_reflectance_is_grey() {
         for kelvin in [2000.0, 4000.0, 6500.0, 20_000.0] {
             let colour = blackbody(kelvin).expect("it glows");
             assert!((colour.luminance() - 1.0).abs() < 1e-3, "{colour:?}");
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_has_the_colour_of_its_wavelength() {
+    fn monochromatic_light_has_the_hue_of_its_wavelength() {
         let line = |nm: f64| Spectrum::new(vec![[nm - 1.0, 0.0], [nm, 1.0], [nm + 1.0, 0.0]]);
         let colour = |nm| {
             line(nm)
@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_linear_between_samples_and_zero_beyond() {
+    fn spectrum_is_linear_between_samples_and_zero_outside() {
         let ramp = Spectrum::new(vec![[400.0, 0.0], [600.0, 2.0]]).expect("valid");
         for (nm, expected) in [
             (399.0, 0.0),
@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_has_a_pair_on_each_line() {
+    fn spectrum_file_is_parsed_as_one_pair_per_line() {
         let read = Spectrum::parse("# a comment\n400 0.5\n\n700\t1 # the end\n");
         assert_eq!(read, Ok(Spectrum(vec![[400.0, 0.5], [700.0, 1.0]])));
         assert_eq!(Spectrum::parse("400 1\n500 x\n").expect_err("x").0, 2);
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_of_other_spaces_have_the_same_white_but_for_theirs() {
+    fn rgb_conversion_preserves_white_and_is_identity_for_rec709() {
         let p3 = to_rec709(
             [[0.68, 0.32], [0.265, 0.69], [0.15, 0.06]],
             [0.3127, 0.3290],
@@ -313,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn spectra_have_names() {
+    fn named_spectra_are_found_by_name() {
         assert!(matches!(named("metal-Cu-eta"), Some(Named::Index(_))));
         let Some(Named::Light(d65)) = named("stdillum-D65") else {
             panic!("it has a name");

@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn one_colour_needs_no_texture_and_clamped_texels_stay_colours() {
+    fn uniform_colour_is_constant_and_texels_are_non_negative() {
         let mut mesh = MeshDescription {
             positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y],
             indices: vec![[0, 1, 2]],

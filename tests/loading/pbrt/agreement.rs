@@ -132,7 +132,7 @@ fn agree([mitsuba, pbrt]: [SceneDescription; 2]) {
 }
 
 #[test]
-fn the_cornell_box_is_the_same_in_both_formats() {
+fn cornell_box_is_the_same_in_mitsuba_and_pbrt_formats() {
     agree(both(
         include_str!("cornell-box.xml"),
         include_str!("cornell-box.pbrt"),
@@ -141,7 +141,7 @@ fn the_cornell_box_is_the_same_in_both_formats() {
 
 /// Except that pbrt's conductors have no factor of their reflectance.
 #[test]
-fn the_scene_of_veach_is_the_same_in_both_formats() {
+fn veach_mis_scene_is_the_same_in_mitsuba_and_pbrt_formats() {
     agree(both(
         include_str!("veach-mis.xml"),
         include_str!("veach-mis.pbrt"),

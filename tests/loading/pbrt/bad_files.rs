@@ -19,11 +19,19 @@ fn error_of(text: &str) -> (ErrorKind, Option<usize>, String) {
     (error.kind(), error.line(), error.to_string())
 }
 
-#[test]
-fn every_mistake_has_its_line_and_says_what_was_expected() {
-    // Lines are counted from that after `HEAD`.
+/// Asserts that each text, which follows `HEAD`, is an error at this line after it, and that its message contains these words.
+fn assert_errors_after_head(cases: &[(&str, usize, &str)]) {
     let first = HEAD.lines().count() + 1;
-    for (text, line, expected) in [
+    for &(text, line, expected) in cases {
+        let (_, found, message) = error_of(&format!("{HEAD}{text}"));
+        assert_eq!(found, Some(first + line), "{text:?}: {message}");
+        assert!(message.contains(expected), "{text:?}: {message}");
+    }
+}
+
+#[test]
+fn invalid_statements_and_transforms_are_rejected_with_line() {
+    assert_errors_after_head(&[
         ("Shpae \"sphere\"", 0, "did you mean `Shape`?"),
         ("[", 0, "expected a statement, found `[`"),
         (
@@ -54,6 +62,12 @@ fn every_mistake_has_its_line_and_says_what_was_expected() {
         ("TransformTimes 0 1", 0, "before WorldBegin"),
         ("WorldBegin", 0, "before WorldBegin"),
         ("Film \"rgb\"", 0, "expected Film before WorldBegin"),
+    ]);
+}
+
+#[test]
+fn invalid_blocks_and_objects_are_rejected_with_line() {
+    assert_errors_after_head(&[
         (
             "\nAttributeBegin\n\n",
             1,
@@ -87,6 +101,12 @@ fn every_mistake_has_its_line_and_says_what_was_expected() {
             1,
             "outside of ObjectBegin",
         ),
+    ]);
+}
+
+#[test]
+fn invalid_shapes_and_their_parameters_are_rejected_with_line() {
+    assert_errors_after_head(&[
         ("Shape \"cube\"", 0, "unknown shape `cube`"),
         (
             "Shape sphere",
@@ -162,6 +182,12 @@ fn every_mistake_has_its_line_and_says_what_was_expected() {
             1,
             "missing.ply",
         ),
+    ]);
+}
+
+#[test]
+fn invalid_materials_and_textures_are_rejected_with_line() {
+    assert_errors_after_head(&[
         ("Material \"difuse\"", 0, "did you mean `diffuse`?"),
         (
             "Material \"diffuse\"\n\"rgb reflectance\" [ 2 0 0 ]",
@@ -215,6 +241,12 @@ fn every_mistake_has_its_line_and_says_what_was_expected() {
             0,
             "expected a parameter `string filename`",
         ),
+    ]);
+}
+
+#[test]
+fn invalid_lights_options_and_includes_are_rejected_with_line() {
+    assert_errors_after_head(&[
         ("LightSource \"sun\"", 0, "unknown light `sun`"),
         (
             "LightSource \"point\"\n\"blackbody I\" [ 0 ]",
@@ -253,15 +285,11 @@ fn every_mistake_has_its_line_and_says_what_was_expected() {
         ("Include \"\"", 0, "expected the name of a file"),
         ("Include \"a.pbrt\"", 0, "includes itself"),
         ("Import \"a.pbrt\"", 0, "includes itself"),
-    ] {
-        let (_, found, message) = error_of(&format!("{HEAD}{text}"));
-        assert_eq!(found, Some(first + line), "{text:?}: {message}");
-        assert!(message.contains(expected), "{text:?}: {message}");
-    }
+    ]);
 }
 
 #[test]
-fn options_are_checked_when_the_world_begins() {
+fn invalid_options_before_world_begin_are_rejected_with_line() {
     for (text, line, expected) in [
         ("Shape \"sphere\"", 1, "expected WorldBegin before Shape"),
         (
@@ -341,7 +369,7 @@ fn options_are_checked_when_the_world_begins() {
 }
 
 #[test]
-fn included_files_name_both_places() {
+fn errors_in_included_files_name_both_locations() {
     let folder = SceneFolder::new([
         ("a.pbrt", format!("{HEAD}Include \"b.pbrt\"\n")),
         ("b.pbrt", "\n\nShape \"box\"\n".to_owned()),
@@ -363,7 +391,7 @@ fn included_files_name_both_places() {
 }
 
 #[test]
-fn a_file_that_includes_many_ends() {
+fn excessive_includes_are_rejected_with_a_bounded_message() {
     let twice = |name: &str| format!("Include \"{name}\"\n").repeat(8);
     let folder = SceneFolder::new([
         ("a.pbrt", format!("{HEAD}{}", twice("b.pbrt"))),
@@ -383,7 +411,7 @@ fn a_file_that_includes_many_ends() {
 }
 
 #[test]
-fn damaged_compressed_files_are_refused() {
+fn corrupt_gzip_include_is_rejected() {
     let folder = SceneFolder::new([
         (
             "a.pbrt",
@@ -399,7 +427,7 @@ fn damaged_compressed_files_are_refused() {
 }
 
 #[test]
-fn a_scene_cut_at_any_length_is_a_scene_or_an_error() {
+fn truncated_pbrt_scene_loads_or_fails_with_a_located_error() {
     let folder = SceneFolder::new([("a.pbrt", EVERYTHING), ("part.pbrt", ""), ("m.ply", PLY)]);
     let path = folder.path("a.pbrt");
     load(&path).unwrap_or_else(|error| panic!("{error}"));
@@ -420,7 +448,7 @@ fn a_scene_cut_at_any_length_is_a_scene_or_an_error() {
 
 /// Replaces, removes and repeats words of a scene at random, with a fixed seed.
 #[test]
-fn a_scene_with_words_exchanged_is_a_scene_or_an_error() {
+fn mutated_pbrt_scene_loads_or_fails_with_a_bounded_message() {
     let folder = SceneFolder::new([("a.pbrt", EVERYTHING), ("part.pbrt", ""), ("m.ply", PLY)]);
     let path = folder.path("a.pbrt");
     let words: Vec<&str> = EVERYTHING.split_inclusive([' ', '\n']).collect();

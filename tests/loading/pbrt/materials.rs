@@ -24,7 +24,7 @@ fn reflectance(scene: &SceneDescription) -> &ColourDescription {
 }
 
 #[test]
-fn diffuse_and_default_materials() {
+fn diffuse_and_default_materials_are_read() {
     near(constant(reflectance(&world("Shape \"sphere\""))), [0.5; 3]);
     near(constant(reflectance(&of("Material \"diffuse\""))), [0.5; 3]);
     near(
@@ -42,7 +42,7 @@ fn diffuse_and_default_materials() {
 }
 
 #[test]
-fn roughness_is_remapped_as_in_pbrt_to_ours() {
+fn pbrt_roughness_is_remapped_to_native_roughness() {
     let roughness = |more: &str| match model(&of(&format!("Material \"dielectric\" {more}"))) {
         MaterialModel::Dielectric { roughness, .. } => *roughness,
         other => panic!("{other:?}"),
@@ -62,7 +62,7 @@ fn roughness_is_remapped_as_in_pbrt_to_ours() {
 }
 
 #[test]
-fn metals_have_indices_or_reflectances() {
+fn conductors_are_read_from_spectra_rgb_or_reflectance() {
     let index = |more: &str| match model(&of(&format!("Material \"conductor\" {more}"))) {
         MaterialModel::Conductor { eta, k, .. } => (*eta, *k),
         other => panic!("{other:?}"),
@@ -95,7 +95,7 @@ fn metals_have_indices_or_reflectances() {
 }
 
 #[test]
-fn other_materials_become_the_most_similar_with_notes() {
+fn unsupported_materials_are_approximated_with_notes() {
     use NoteKind::{Approximation, Omission};
     for (text, kind) in [
         ("Material \"coateddiffuse\"", Approximation),
@@ -132,7 +132,7 @@ fn other_materials_become_the_most_similar_with_notes() {
 }
 
 #[test]
-fn mixes_of_diffuse_materials_are_exact_and_others_choose() {
+fn diffuse_mixes_are_blended_and_others_pick_the_main_material() {
     let named = "MakeNamedMaterial \"a\" \"string type\" \"diffuse\" \"rgb reflectance\" [ 1 0 0 ]\n\
                  MakeNamedMaterial \"b\" \"string type\" \"diffuse\" \"rgb reflectance\" [ 0 0 1 ]\n\
                  MakeNamedMaterial \"c\" \"string type\" \"conductor\"\n";
@@ -154,7 +154,7 @@ fn mixes_of_diffuse_materials_are_exact_and_others_choose() {
     }
 }
 
-/// A picture of two pixels, 0.25 and 1, in every channel.
+/// An image of two pixels, 0.25 and 1, in every channel.
 fn picture() -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("t.pfm");
@@ -163,7 +163,7 @@ fn picture() -> Vec<u8> {
     std::fs::read(path).expect("read")
 }
 
-/// The colours of a texture named `a` at the centres of the picture's pixels.
+/// The colours of a texture named `a` at the centres of the image's pixels.
 fn textured(text: &str) -> [f32; 2] {
     let image = "Texture \"i\" \"spectrum\" \"imagemap\" \"string filename\" \"t.pfm\"\n";
     let material = "\nMaterial \"diffuse\" \"texture reflectance\" \"a\"\nShape \"sphere\"";
@@ -177,7 +177,7 @@ fn textured(text: &str) -> [f32; 2] {
 }
 
 #[test]
-fn textures_are_computed_from_images_and_constants() {
+fn texture_types_evaluate_to_expected_values() {
     let a = "Texture \"a\" \"spectrum\"";
     for (text, expected) in [
         ("\"imagemap\" \"string filename\" \"t.pfm\"", [0.25, 1.0]),
@@ -229,7 +229,7 @@ fn textures_are_computed_from_images_and_constants() {
 }
 
 #[test]
-fn alpha_is_a_material_of_its_own_shared_by_equal_shapes() {
+fn shapes_with_equal_alpha_share_a_material() {
     let half = "Texture \"half\" \"float\" \"imagemap\" \"string filename\" \"t.pfm\"\n";
     let text = "Material \"diffuse\"\nShape \"sphere\"\nShape \"sphere\" \"float alpha\" 0.5\nShape \"sphere\" \"float alpha\" 0.5\n\
                 Shape \"disk\" \"texture alpha\" \"half\"\nShape \"sphere\" \"float alpha\" 1\n";
@@ -249,7 +249,7 @@ fn alpha_is_a_material_of_its_own_shared_by_equal_shapes() {
 }
 
 #[test]
-fn normal_maps_are_linear_images() {
+fn normal_map_is_read_as_an_image_texture() {
     let text = "Material \"diffuse\" \"string normalmap\" \"t.pfm\"\nShape \"sphere\"";
     let scene = world_with(text, [("t.pfm", picture())]);
     let map = scene.materials[0].normal_map.as_ref().expect("a map");
@@ -257,7 +257,7 @@ fn normal_maps_are_linear_images() {
 }
 
 #[test]
-fn colours_of_other_spaces_are_those_of_rec_709() {
+fn wide_gamut_colours_are_converted_to_rec_709() {
     let colour = |space: &str| {
         let text = format!(
             "ColorSpace \"{space}\"\nMaterial \"diffuse\" \"rgb reflectance\" [ 0.2 0.4 0.2 ]"

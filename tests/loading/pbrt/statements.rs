@@ -29,7 +29,7 @@ fn moved(text: &str) -> DVec3 {
 }
 
 #[test]
-fn transforms_apply_to_what_follows_the_last_one_first() {
+fn transform_statements_compose_the_current_transform() {
     for (text, expected) in [
         ("", [1.0, 2.0, 3.0]),
         ("Translate 1 0 0", [2.0, 2.0, 3.0]),
@@ -77,7 +77,7 @@ fn transforms_apply_to_what_follows_the_last_one_first() {
 }
 
 #[test]
-fn motion_is_keys_at_the_times_of_the_transforms() {
+fn transform_times_and_active_transform_become_motion_keys() {
     let text = "TransformTimes 2 4\nScale -1 1 1\nCamera \"perspective\" \"float shutteropen\" 2 \"float shutterclose\" 3\n\
                 WorldBegin\nShape \"sphere\"\nActiveTransform EndTime\nTranslate 1 0 0\nShape \"sphere\"\n\
                 ObjectBegin \"a\"\nObjectEnd\nObjectInstance \"a\"";
@@ -93,7 +93,7 @@ fn motion_is_keys_at_the_times_of_the_transforms() {
 }
 
 #[test]
-fn attributes_are_defaults_within_their_block() {
+fn attribute_statement_sets_shape_defaults_within_its_block() {
     let scene = world(
         "AttributeBegin\nAttribute \"shape\" \"float radius\" 3\nShape \"sphere\"\n\
          Shape \"sphere\" \"float radius\" 2\nAttribute \"shape\" \"float radius\" 4\nShape \"sphere\"\nAttributeEnd\nShape \"sphere\"",
@@ -129,7 +129,7 @@ fn objects_become_groups_and_instances() {
 }
 
 #[test]
-fn an_import_leaves_the_state_and_an_include_does_not() {
+fn include_changes_graphics_state_and_import_does_not() {
     for (statement, x) in [("Include", 1.0), ("Import", 0.0)] {
         for name in ["b.pbrt", "b.pbrt.gz"] {
             let content = b"Translate 1 0 0\n".to_vec();
@@ -170,7 +170,7 @@ fn packed(content: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn meshes_are_read_with_their_texture_coordinates() {
+fn triangle_and_bilinear_meshes_are_read_with_pbrt_uvs() {
     let triangle = "\"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]";
     let scene = world(&format!("Shape \"trianglemesh\" {triangle}"));
     assert_eq!(mesh(&scene).indices, [[0, 1, 2]]);
@@ -196,7 +196,7 @@ fn meshes_are_read_with_their_texture_coordinates() {
 }
 
 #[test]
-fn meshes_may_be_in_ply_files_compressed_or_not() {
+fn plymesh_reads_plain_and_gzipped_ply_files() {
     let ply = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
                 element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
     for (name, content) in [("m.ply", ply.to_vec()), ("m.ply.gz", packed(ply))] {
@@ -208,7 +208,7 @@ fn meshes_may_be_in_ply_files_compressed_or_not() {
 }
 
 #[test]
-fn round_shapes_are_exact_where_they_can_be() {
+fn quadrics_are_analytic_or_tessellated_with_correct_area() {
     let geometry = |text: &str| world(text).shapes[0].geometry.clone();
     assert!(matches!(
         geometry("Shape \"sphere\" \"float radius\" 2"),
@@ -273,7 +273,7 @@ fn round_shapes_are_exact_where_they_can_be() {
 }
 
 #[test]
-fn the_radiance_of_area_lights_follows_from_their_parameters() {
+fn area_light_radiance_follows_scale_power_and_two_sidedness() {
     let sphere = "Shape \"sphere\" \"float radius\" 2";
     for (light, shape, expected) in [
         (
@@ -313,7 +313,7 @@ fn the_radiance_of_area_lights_follows_from_their_parameters() {
 }
 
 #[test]
-fn other_lights_have_their_intensities() {
+fn point_spot_distant_and_infinite_intensities_are_converted() {
     let near_light = |text: &str, expected: [f32; 3]| {
         let scene = world(&format!("LightSource {text}"));
         let found = match only_light(&scene) {
@@ -354,7 +354,7 @@ fn other_lights_have_their_intensities() {
 }
 
 #[test]
-fn an_image_at_infinity_becomes_a_panorama() {
+fn infinite_light_image_becomes_an_equirectangular_map() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("map.pfm");
     // The upper half of pbrt's sphere is the diamond in the middle of the square.
@@ -401,7 +401,7 @@ fn an_image_at_infinity_becomes_a_panorama() {
 }
 
 #[test]
-fn exposure_multiplies_every_light() {
+fn film_exposure_scales_point_and_area_lights() {
     let text = "Scale -1 1 1\nFilm \"rgb\" \"float iso\" 200\nCamera \"perspective\" \"float shutterclose\" 0.25\nWorldBegin\n\
                 LightSource \"point\"\nAreaLightSource \"diffuse\"\nShape \"sphere\"";
     let scene = file(text);
@@ -454,7 +454,7 @@ fn options_become_film_and_render_settings() {
 }
 
 #[test]
-fn what_is_approximated_or_left_out_is_noted_with_its_line() {
+fn approximations_and_omissions_are_noted_with_their_line() {
     use NoteKind::{Approximation, Decision, Omission};
     for (text, expected) in [
         ("LightSource \"goniometric\"", vec![(Omission, 5)]),
@@ -519,7 +519,7 @@ fn what_is_approximated_or_left_out_is_noted_with_its_line() {
 }
 
 #[test]
-fn strings_may_name_files_with_escapes() {
+fn include_file_name_may_contain_an_escaped_quote() {
     let folder = SceneFolder::new([
         ("a.pbrt", "WorldBegin\nInclude \"b\\\"c.pbrt\""),
         ("b\"c.pbrt", "Shape \"disk\""),

@@ -98,7 +98,7 @@ fn pixels(scene: &SceneDescription) -> Vec<[f32; 3]> {
 }
 
 #[test]
-fn a_mirrored_camera_shows_a_right_handed_world_and_others_its_mirror_image() {
+fn right_and_left_handed_pbrt_worlds_match_the_native_scene() {
     let expected = pixels(&load_text(OURS));
     assert!(expected.iter().any(|pixel| pixel[0] > 0.0));
     let view = "LookAt 0 0.5 5  0 0.5 0  0 1 0\nCamera \"perspective\" \"float fov\" 45\n";
@@ -126,7 +126,7 @@ fn a_mirrored_camera_shows_a_right_handed_world_and_others_its_mirror_image() {
 }
 
 #[test]
-fn orientation_follows_the_object_and_not_the_mirror() {
+fn area_light_side_follows_the_object_under_mirroring() {
     let emitter = "AreaLightSource \"diffuse\"\n";
     let triangle = "Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ]";
     let faces = |text: &str| {
@@ -148,7 +148,7 @@ fn orientation_follows_the_object_and_not_the_mirror() {
 }
 
 #[test]
-fn normals_decide_where_the_outside_is() {
+fn mesh_normals_determine_triangle_winding() {
     let triangle = |more: &str| {
         let scene = world(&format!(
             "{more}Shape \"trianglemesh\" \"point3 P\" [ 0 0 0 1 0 0 0 1 0 ] \"normal N\" [ 0 0 -1 0 0 -1 0 0 -1 ]"
@@ -163,7 +163,7 @@ fn normals_decide_where_the_outside_is() {
 }
 
 #[test]
-fn cameras_are_where_their_transform_puts_them() {
+fn camera_pose_fov_and_lens_follow_transform_and_film() {
     let scene = file(&format!("{HEAD}Shape \"sphere\""));
     let camera = &scene.camera;
     assert!(camera.to_world.matrix3.abs_diff_eq(DMat3::IDENTITY, 1e-12));
@@ -195,7 +195,7 @@ fn cameras_are_where_their_transform_puts_them() {
 }
 
 #[test]
-fn lights_are_where_the_mirrored_world_has_them() {
+fn point_and_distant_lights_are_placed_in_mirrored_world() {
     let text = "LookAt 0 0 5  0 0 0  0 1 0\nCamera \"perspective\"\nWorldBegin\nTranslate 1 2 3\n\
                 LightSource \"point\" \"point3 from\" [ 1 0 0 ]\n\
                 LightSource \"distant\" \"point3 from\" [ 1 1 0 ] \"point3 to\" [ 0 0 0 ]\n";

@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn a_binary_file_has_two_chunks_and_no_part_of_one_is_a_file() {
+    fn glb_is_split_into_chunks_and_truncation_is_rejected() {
         let bytes = glb(b"{}  ", &[1, 2, 3, 4]);
         let chunks = split(&bytes).expect("whole");
         assert_eq!(chunks.json, b"{}  ");
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_that_are_not_so_are_errors() {
+    fn wrong_glb_version_or_chunk_size_is_rejected() {
         for (at, value) in [(4, 1_u32), (12, u32::MAX), (12, 3), (24, 5), (24, u32::MAX)] {
             let mut bytes = glb(b"{}  ", &[1, 2, 3, 4]);
             bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());

@@ -55,9 +55,10 @@ pub fn light(
                 f64::from(spot.inner_cone_angle),
                 f64::from(spot.outer_cone_angle),
             );
-            if !(0.0 <= inner && inner < outer && outer <= std::f64::consts::PI) {
+            // Equal angles, which Blender writes for a spot with a sharp edge, are no error of use to anybody.
+            if !(0.0 <= inner && inner <= outer && 0.0 < outer && outer <= std::f64::consts::PI) {
                 return Err(wrong(
-                    "expected an inner cone angle from 0 to below the outer one, and that at most pi",
+                    "expected an inner cone angle from 0 to the outer one, and that above 0 and at most pi",
                 ));
             }
             LightModel::Spot {

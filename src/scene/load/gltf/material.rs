@@ -215,8 +215,8 @@ impl MaterialReader<'_> {
             return Ok(None);
         };
         let strength = normals.scale();
-        if !(strength >= 0.0 && strength.is_finite()) {
-            let message = format!("expected a scale of at least 0, found {strength}");
+        if !strength.is_finite() {
+            let message = format!("expected a finite scale, found {strength}");
             return Err(self.error("normalTexture", &message));
         }
         let texture = self.varying(&self.textures.normals, Channels::Linear, Rgb::WHITE)?;

@@ -22,6 +22,7 @@ mod nodes;
 mod primitives;
 mod texture;
 
+use super::colour::most;
 use super::contents::Contents;
 use super::model::{bounds_of, framed, sky_unless};
 use super::read_bytes;
@@ -31,8 +32,8 @@ use crate::math::bounds::Bounds;
 use crate::math::transform::is_invertible;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{
-    CameraDescription, FilmDescription, InstanceDescription, LightDescription, Note, NoteKind,
-    Place, SceneDescription,
+    CameraDescription, ColourDescription, FilmDescription, InstanceDescription, LightDescription,
+    Note, NoteKind, Place, SceneDescription,
 };
 use buffers::Asset;
 use container::Container;
@@ -61,9 +62,13 @@ pub fn load(path: &Path, camera: Option<&str>) -> Result<SceneDescription> {
         return Err(Error::scene("expected a scene, found no triangles").in_file(path));
     }
     let mut lights = lights(&asset, &placed)?;
-    let is_lit = !lights.is_empty() || contents.shapes.iter().any(|it| it.emission.is_some());
+    let camera = camera_of(&asset, &placed, camera, &mut contents)?;
+    let emissions = contents.shapes.iter().filter_map(|it| it.emission.as_ref());
+    // What glows on a model, such as its screens, is no lamp for who looks at the model alone.
+    let is_lamp = |it: &ColourDescription| camera.is_some() || most(it).max_channel() > 1.0;
+    let is_lit = !lights.is_empty() || emissions.into_iter().any(is_lamp);
     lights.extend(sky_unless(is_lit, path, &mut contents));
-    let (view, film) = match camera_of(&asset, &placed, camera, &mut contents)? {
+    let (view, film) = match camera {
         Some(found) => found,
         None => (framed(path, &bounds(&contents), &mut contents)?, None),
     };

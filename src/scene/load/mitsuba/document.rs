@@ -58,6 +58,20 @@ pub fn read(path: &Path) -> Result<Object> {
     })
 }
 
+/// A name in camel case, as before version 2, in snake case: `toWorld` as `to_world`, `intIOR` as `int_ior`.
+fn snake_case(name: &str) -> String {
+    let mut snake = String::new();
+    let mut after_lower = false;
+    for letter in name.chars() {
+        if letter.is_ascii_uppercase() && after_lower {
+            snake.push('_');
+        }
+        after_lower = letter.is_ascii_lowercase() || letter.is_ascii_digit();
+        snake.push(letter.to_ascii_lowercase());
+    }
+    snake
+}
+
 #[derive(Default)]
 pub(super) struct Reader {
     /// The values of `$names`.
@@ -65,6 +79,8 @@ pub(super) struct Reader {
     /// Objects by their ids. A reference is to an object that precedes it.
     known: BTreeMap<String, Rc<Object>>,
     includes: usize,
+    /// Whether the scene is of a version before 2, in which names are in camel case.
+    is_old: bool,
 }
 
 /// One file, for places.
@@ -105,6 +121,14 @@ impl Reader {
                 .place(root)
                 .error(format!("expected an element `scene`, found `{found}`")));
         }
+        // An included file without a version is of that of the scene.
+        if let Some(version) = root.attribute("version") {
+            let major = version
+                .split('.')
+                .next()
+                .and_then(|it| it.trim().parse().ok());
+            self.is_old = major.is_some_and(|major: u32| major < 2);
+        }
         self.properties(&source, root, 0)
     }
 
@@ -127,6 +151,12 @@ impl Reader {
                     self.defaults.entry(name).or_insert(value);
                 }
                 "include" => properties.append(&mut self.include(source, node)?),
+                "alias" => {
+                    let [id, alias] = ["id", "as"].map(|name| self.required(source, node, name));
+                    let (id, alias) = (id?, alias?);
+                    let object = Rc::clone(self.object_of_id(source, node, &id)?);
+                    self.insert(source, node, alias, object)?;
+                }
                 _ => properties.push(self.property(source, node, nested)?),
             }
         }
@@ -165,16 +195,20 @@ impl Reader {
         let tag = node.tag_name().name();
         let place = source.place(node);
         let name = self.attribute(source, node, "name")?.unwrap_or_default();
+        let name = if self.is_old { snake_case(&name) } else { name };
         let value = match tag {
             "float" | "integer" => Value::Number(self.numbers::<1>(source, node)?[0]),
-            "boolean" => match self.required(source, node, "value")?.as_str() {
-                "true" => Value::Boolean(true),
-                "false" => Value::Boolean(false),
-                other => {
-                    let why = format!("expected true or false, found {}", shown(other));
-                    return Err(place.error(why));
+            "boolean" => {
+                let text = self.required(source, node, "value")?;
+                match text.to_ascii_lowercase().as_str() {
+                    "true" => Value::Boolean(true),
+                    "false" => Value::Boolean(false),
+                    _ => {
+                        let why = format!("expected true or false, found {}", shown(&text));
+                        return Err(place.error(why));
+                    }
                 }
-            },
+            }
             "string" => Value::Text(self.required(source, node, "value")?),
             "point" | "vector" => Value::Vector(self.vector(source, node, 0.0)?),
             "rgb" => Value::Colour(self.colour(source, node)?),
@@ -194,11 +228,7 @@ impl Reader {
             }
             "ref" => {
                 let id = self.required(source, node, "id")?;
-                let object = self.known.get(&id).ok_or_else(|| {
-                    let ids: Vec<&str> = self.known.keys().map(String::as_str).collect();
-                    place.error(unknown_name("id", &id, &ids))
-                })?;
-                Value::Object(Rc::clone(object))
+                Value::Object(Rc::clone(self.object_of_id(source, node, &id)?))
             }
             _ if OBJECTS.contains(&tag) => Value::Object(self.object(source, node, nested)?),
             _ => {
@@ -216,6 +246,7 @@ impl Reader {
                         "ref",
                         "default",
                         "include",
+                        "alias",
                     ],
                 ]
                 .concat();
@@ -239,6 +270,14 @@ impl Reader {
         let kind = self.required(source, node, "type")?;
         let id = self.attribute(source, node, "id")?;
         let tag = node.tag_name().name();
+        let mut properties = self.properties(source, node, nested + 1)?;
+        if self.is_old && tag == "bsdf" && kind == "diffuse" {
+            for property in &mut properties {
+                if property.name == "diffuse_reflectance" {
+                    property.name = "reflectance".to_owned();
+                }
+            }
+        }
         let object = Rc::new(Object {
             tag: tag.to_owned(),
             id: match &id {
@@ -247,15 +286,40 @@ impl Reader {
             },
             kind,
             place: source.place(node),
-            properties: self.properties(source, node, nested + 1)?,
+            properties,
         });
-        if let Some(id) = id
-            && self.known.insert(id.clone(), Rc::clone(&object)).is_some()
-        {
-            let why = format!("there is an object of the id `{}` already", shown(&id));
-            return Err(source.place(node).error(why));
+        if let Some(id) = id {
+            self.insert(source, node, id, Rc::clone(&object))?;
         }
         Ok(object)
+    }
+
+    /// The object of an id, which is declared before.
+    fn object_of_id(
+        &self,
+        source: &Source<'_>,
+        node: Node<'_, '_>,
+        id: &str,
+    ) -> Result<&Rc<Object>> {
+        self.known.get(id).ok_or_else(|| {
+            let ids: Vec<&str> = self.known.keys().map(String::as_str).collect();
+            source.place(node).error(unknown_name("id", id, &ids))
+        })
+    }
+
+    /// Declares an object's id.
+    fn insert(
+        &mut self,
+        source: &Source<'_>,
+        node: Node<'_, '_>,
+        id: String,
+        object: Rc<Object>,
+    ) -> Result<()> {
+        let why = format!("there is an object of the id `{}` already", shown(&id));
+        match self.known.insert(id, object) {
+            Some(_) => Err(source.place(node).error(why)),
+            None => Ok(()),
+        }
     }
 
     pub(super) fn attribute(

@@ -15,34 +15,29 @@ use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_rotation;
-use crate::math::vec::{DMat3, DVec3};
+use crate::math::vec::{DAffine2, DMat3, DVec3};
 use crate::scene::description::{ColourDescription, LightDescription, LightModel, NoteKind};
 use std::sync::Arc;
 
 const KNOWN: &[&str] = &["area", "constant", "envmap", "point", "spot", "directional"];
 const LEFT_OUT: &[&str] = &["projector", "directionalarea", "sunsky", "timed_sunsky"];
 
-/// Returns the radiance of an emitting shape.
+/// Returns the radiance of an emitting shape, and the transform of the coordinates of its texture.
 ///
 /// # Errors
 /// If the emitter is of another type, or invalid.
-pub fn area(emitter: &Object, contents: &mut Contents) -> Result<ColourDescription> {
+pub fn area(
+    emitter: &Object,
+    contents: &mut Contents,
+) -> Result<(ColourDescription, Option<DAffine2>)> {
     if emitter.kind != "area" {
         return Err(emitter.error("expected an emitter of type area within a shape"));
     }
     let radiance = match emitter.get("radiance") {
-        None => Rgb::WHITE.into(),
+        None => (Rgb::WHITE.into(), None),
         Some(property) => match &property.value {
-            Value::Object(object) => {
-                let (colour, _) = texture::texture(object, Kind::Colour, contents)?;
-                if matches!(colour, ColourDescription::Texture(_)) {
-                    let text =
-                        "a texture of radiance needs a textured bsdf: it may lie differently";
-                    contents.note(emitter.note(NoteKind::Approximation, text));
-                }
-                colour
-            }
-            _ => property.colour()?.into(),
+            Value::Object(object) => texture::texture(object, Kind::Colour, contents)?,
+            _ => (property.colour()?.into(), None),
         },
     };
     emitter.note_unused(&["sampling_weight"], contents);

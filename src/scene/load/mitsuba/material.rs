@@ -57,6 +57,9 @@ pub fn material(bsdf: &Object, contents: &mut Contents) -> Result<Surface> {
 }
 
 /// The types that are read.
+/// The least real part of a metal's refractive index: Fresnel's equations as we write them have no meaning for 0.
+const LEAST_ETA: f32 = 1e-4;
+
 const KNOWN: &[&str] = &[
     "diffuse",
     "dielectric",
@@ -125,7 +128,11 @@ impl Reader<'_> {
                 made.two_sided = true;
             }
             "mask" => {
-                made.alpha = self.colour(bsdf, "opacity", Rgb::grey(0.5), Kind::Data)?;
+                let opacity = self.colour(bsdf, "opacity", Rgb::grey(0.5), Kind::Colour)?;
+                made.alpha = match opacity.constant() {
+                    Some(opacity) => opacity.map(|x| x.min(1.0)).into(),
+                    None => opacity,
+                };
                 self.nested(bsdf, made)?;
             }
             "normalmap" => {
@@ -290,26 +297,24 @@ impl Reader<'_> {
         let name = bsdf.text("material")?;
         let has_index = bsdf.get("eta").is_some() || bsdf.get("k").is_some();
         let (eta, k) = match name {
-            Some("none") => {
+            Some("none") | None if has_index => {
+                (self.index(bsdf, "eta", 0.0)?, self.index(bsdf, "k", 1.0)?)
+            }
+            Some("none") | None if roughness == 0.0 => {
                 made.model = MaterialModel::Mirror {
                     reflectance: self.reflectance(bsdf, "specular_reflectance", 1.0)?,
                 };
-                if roughness > 0.0 {
-                    self.note(
-                        bsdf,
-                        NoteKind::Approximation,
-                        "a rough mirror is replaced by a smooth one",
-                    );
-                }
                 return Ok(());
             }
-            None if has_index => (self.index(bsdf, "eta", 0.0)?, self.index(bsdf, "k", 1.0)?),
-            name => metals::metal(name.unwrap_or("Cu")).ok_or_else(|| {
+            // The Fresnel reflectance of these is 1 but for 0.02 %.
+            Some("none") | None => (Rgb::grey(LEAST_ETA), Rgb::WHITE),
+            Some(_) if has_index => {
+                let why = "expected either a metal's name or the indices `eta` and `k`";
+                return Err(bsdf.error_at("material", why));
+            }
+            Some(name) => metals::metal(name).ok_or_else(|| {
                 let known: Vec<&str> = metals::METALS.iter().map(|(name, _, _)| *name).collect();
-                bsdf.error_at(
-                    "material",
-                    &unknown_name("metal", name.unwrap_or_default(), &known),
-                )
+                bsdf.error_at("material", &unknown_name("metal", name, &known))
             })?,
         };
         let tint = self.reflectance(bsdf, "specular_reflectance", 1.0)?;
@@ -332,9 +337,8 @@ impl Reader<'_> {
             Some(property) => property.colour()?,
             None => Rgb::grey(default),
         };
-        // An index of exactly 0 has no meaning in Fresnel's equations as we write them.
         Ok(if name == "eta" {
-            index.map(|x| x.max(1e-4))
+            index.map(|x| x.max(LEAST_ETA))
         } else {
             index
         })
@@ -358,7 +362,7 @@ impl Reader<'_> {
 
     /// A number from 0 to 1, or the mean of a texture, with a note.
     fn share(&mut self, bsdf: &Object, name: &str, default: f64) -> Result<f64> {
-        let colour = self.colour(bsdf, name, Rgb::grey(default as f32), Kind::Data)?;
+        let colour = self.colour(bsdf, name, Rgb::grey(default as f32), Kind::Colour)?;
         let share = match colour.constant() {
             Some(share) => f64::from(share.luminance()),
             None => {
@@ -410,7 +414,7 @@ impl Reader<'_> {
     fn normal_map(&mut self, bsdf: &Object) -> Result<Option<NormalMapDescription>> {
         let texture = bsdf.children("texture").next();
         let texture = texture.ok_or_else(|| bsdf.error("expected a nested texture"))?;
-        let (colour, to_uv) = texture::texture(texture, Kind::Data, self.contents)?;
+        let (colour, to_uv) = texture::texture(texture, Kind::Normals, self.contents)?;
         self.to_uv = self.to_uv.or(to_uv);
         Ok(match colour {
             ColourDescription::Texture(texture) => Some(NormalMapDescription {
@@ -427,7 +431,7 @@ impl Reader<'_> {
         let [first, second] = sides.as_slice() else {
             return Err(bsdf.error("expected two nested bsdfs"));
         };
-        let weight = self.colour(bsdf, "weight", Rgb::grey(0.5), Kind::Data)?;
+        let weight = self.colour(bsdf, "weight", Rgb::grey(0.5), Kind::Colour)?;
         let weight = texture::mean(&weight).clamp(0.0, 1.0) as f32;
         let mut other = made.clone();
         self.read(first, made)?;

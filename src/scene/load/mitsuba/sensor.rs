@@ -62,8 +62,9 @@ pub fn sensor(
             sensor.number_where("aperture_radius", 0.0, "a number of at least 0", |x| {
                 x >= 0.0
             })?;
+        let far_clip = sensor.number("far_clip")?.unwrap_or(1e4);
         camera.focus_distance =
-            sensor.number_where("focus_distance", 1.0, "a number above 0", above_0)?;
+            sensor.number_where("focus_distance", far_clip, "a number above 0", above_0)?;
     }
     sensor.note_unused(
         &[

@@ -72,8 +72,17 @@ impl Shapes {
             _ => {}
         }
         let lamp = shape.children("emitter").next();
-        let surface = self.surface(shape, lamp.is_some(), contents)?;
-        let emission = lamp.map(|lamp| emitter::area(lamp, contents)).transpose()?;
+        let mut surface = self.surface(shape, lamp.is_some(), contents)?;
+        let mut emission = None;
+        if let Some(lamp) = lamp {
+            let (radiance, to_uv) = emitter::area(lamp, contents)?;
+            emission = Some(radiance);
+            if surface.to_uv.is_some() && to_uv.is_some() && surface.to_uv != to_uv {
+                let text = "the texture of its radiance gets the `to_uv` of its bsdf";
+                contents.note(shape.note(NoteKind::Approximation, text));
+            }
+            surface.to_uv = surface.to_uv.or(to_uv);
+        }
         let first = contents.shapes.len();
         let to_world = shape.transform("to_world")?;
         for (geometry, transform) in geometries(shape, to_world, &surface, contents)? {
@@ -95,12 +104,16 @@ impl Shapes {
     fn surface(&mut self, shape: &Object, emits: bool, contents: &mut Contents) -> Result<Surface> {
         if let Some(bsdf) = shape.children("bsdf").next() {
             let key = Rc::as_ptr(bsdf);
-            if let Some(known) = self.materials.get(&key) {
-                return Ok(known.clone());
-            }
-            let made = material(bsdf, contents)?;
+            let made = match self.materials.get(&key) {
+                Some(known) => known.clone(),
+                None => material(bsdf, contents)?,
+            };
             self.materials.insert(key, made.clone());
-            return Ok(made);
+            if !(made.is_null && emits) {
+                return Ok(made);
+            }
+            let text = "an emitter on a bsdf of type `null` is opaque and black";
+            contents.note(shape.note(NoteKind::Approximation, text));
         }
         // Without a bsdf, emitters reflect nothing and other shapes half of the light.
         let (known, grey) = match emits {

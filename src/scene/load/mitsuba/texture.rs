@@ -20,10 +20,10 @@ use std::sync::Arc;
 /// The meaning of a texture's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Colours: images of eight bits are sRGB codes unless `raw`.
+    /// Colours, and numbers for which a colour stands: images of eight bits are sRGB codes unless `raw`.
     Colour,
-    /// Numbers, as they are.
-    Data,
+    /// Normals, which are as they are.
+    Normals,
 }
 
 /// Returns the colour, and the transform of the coordinates that it refers to.
@@ -48,8 +48,14 @@ pub fn texture(
         }
         "srgb" | "uniform" | "d65" => {
             let value = texture.get("value").or_else(|| texture.get("color"));
-            let value = value.ok_or_else(|| texture.error("expected a `value`"))?;
-            return Ok((value.colour()?.into(), None));
+            let colour = match value {
+                Some(value) => value.colour()?,
+                None if texture.kind == "d65" => Rgb::WHITE,
+                None => return Err(texture.error("expected a `value`")),
+            };
+            let scale = texture.number("scale")?.unwrap_or(1.0);
+            texture.note_unused(&[], contents);
+            return Ok(((scale as f32 * colour).into(), None));
         }
         other => {
             let known = ["bitmap", "checkerboard"];

@@ -31,7 +31,7 @@ impl Reader {
                 })?;
                 Ok(DAffine3::from_axis_angle(axis, angle))
             }
-            "lookat" | "look_at" => self.look_at(source, node),
+            "lookat" | "look_at" | "lookAt" => self.look_at(source, node),
             "matrix" => self.matrix(source, node),
             tag => {
                 let known = ["translate", "scale", "rotate", "lookat", "matrix"];

@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_square_and_the_sphere_map_to_each_other_with_equal_areas() {
+    fn square_to_sphere_mapping_inverts_and_has_uniform_moments() {
         let side = 64;
         let mut mean = DVec3::ZERO;
         let mut second = DVec3::ZERO;
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn the_corners_of_the_square_are_the_lower_pole() {
+    fn square_corners_and_centre_map_to_the_poles() {
         for corner in [DVec2::ZERO, DVec2::X, DVec2::Y, DVec2::ONE] {
             assert!((sphere(corner) + DVec3::Z).length() < 1e-12);
         }
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panorama_shows_the_map_turned_as_its_transform_says() {
+    fn panorama_applies_the_transform_and_scale_of_its_map() {
         let map = Arc::new(tilted(64));
         // pbrt's z becomes our y, and handedness stays.
         let to_world = DMat3::from_rotation_x(-FRAC_PI_2);
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn illuminance_is_that_of_a_surface_that_faces_z() {
+    fn upward_illuminance_matches_the_analytic_integral() {
         // The integral of (1 + z/8) z over the upper hemisphere: pi + 2 pi / 24.
         let expected = PI + PI / 12.0;
         assert!((upward_illuminance(&tilted(64)) - expected).abs() < 0.01);

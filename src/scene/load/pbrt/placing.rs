@@ -101,18 +101,12 @@ impl Builder {
         let (material, mapping) = match self.state.material {
             None => (self.library.contents.default_material(), Mapping::default()),
             Some(Made::Surface { index, mapping }) => (index, mapping),
-            Some(Made::Interface) if !emits => return Ok(None),
             Some(Made::Interface) => {
-                let what = "an emitting interface became a black surface";
-                self.library.approximated(&params.place, what);
-                let black = MaterialModel::Diffuse {
-                    reflectance: Rgb::BLACK.into(),
-                };
-                let material = MaterialDescription::new("interface", params.place.clone(), black);
-                (
-                    self.library.contents.add_material(material),
-                    Mapping::default(),
-                )
+                if emits {
+                    let what = "a shape of material `interface` does not emit, as in pbrt";
+                    self.library.decided(&params.place, what);
+                }
+                return Ok(None);
             }
         };
         if !params.has("alpha") {
@@ -127,6 +121,16 @@ impl Builder {
             return Ok(Some((material, mapping)));
         }
         let is_textured = alpha.colour.constant().is_none();
+        if emits && alpha.colour.constant() == Some(Rgb::BLACK) {
+            let what = "an invisible light became visible, and black where it does not emit";
+            self.library.approximated(&params.place_of("alpha"), what);
+            let black = MaterialModel::Diffuse {
+                reflectance: Rgb::BLACK.into(),
+            };
+            let material = MaterialDescription::new("black", params.place.clone(), black);
+            let material = self.library.contents.add_material(material);
+            return Ok(Some((material, Mapping::default())));
+        }
         if is_textured
             && uses_uv(&self.library.contents.materials[material])
             && alpha.mapping != mapping

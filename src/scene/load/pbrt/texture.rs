@@ -223,8 +223,12 @@ impl Library {
 
     fn image_map(&mut self, kind: Kind, params: &Parameters) -> Result<Textured> {
         let mapping = self.mapping(params)?;
-        let scale =
-            params.number_where("scale", 1.0, "a number of at least 0", |x| x >= 0.0)? as f32;
+        let mut scale = params.number("scale", 1.0)? as f32;
+        if scale < 0.0 {
+            let what = "values below 0 are taken as 0";
+            self.approximated(&params.place_of("scale"), what);
+            scale = 0.0;
+        }
         if params.choice("wrap", &["repeat", "clamp", "black", "octahedralsphere"])? != "repeat" {
             self.approximated(
                 &params.place_of("wrap"),
@@ -235,7 +239,14 @@ impl Library {
         params.choice("filter", &["bilinear", "point", "trilinear", "EWA", "ewa"])?;
         params.number("maxanisotropy", 8.0)?;
         let invert = params.truth("invert", false)?;
-        let image = self.image(params, "filename")?;
+        let alpha = match kind {
+            Kind::Float => self.alpha_of(params, "filename")?,
+            _ => None,
+        };
+        let image = match alpha {
+            Some(alpha) => alpha,
+            None => self.image(params, "filename")?,
+        };
         let mut textured = Textured {
             colour: ColourDescription::Texture(Arc::new(Texture::Image { image, scale })),
             mapping,
@@ -257,10 +268,27 @@ impl Library {
         Ok(textured)
     }
 
+    /// Reads the alpha channel of the image that a parameter names, which pbrt takes for its number, if the image has one and is
+    /// not opaque.
+    fn alpha_of(&mut self, params: &Parameters, name: &str) -> Result<Option<Arc<Image>>> {
+        let Some(file) = params.text(name)? else {
+            return Ok(None);
+        };
+        let path = self.path(file);
+        let alpha = self.contents.textures.read_alpha(&path, 1.0);
+        let alpha = alpha.map_err(|error| self.about(params, name, &error))?;
+        let Some(Texture::Image { image, .. }) = alpha else {
+            return Ok(None);
+        };
+        // Alpha is never encoded.
+        params.text("encoding")?;
+        Ok(Some(image))
+    }
+
     /// Reads the image that a parameter names, encoded as `encoding` says: sRGB by default.
     ///
     /// # Errors
-    /// If it is left out, or cannot be read, or has values below 0.
+    /// If it is left out, or cannot be read.
     pub fn image(&mut self, params: &Parameters, name: &str) -> Result<Arc<Image>> {
         let Some(file) = params.text(name)? else {
             return Err(params.error(format!("expected a parameter `string {name}`")));
@@ -286,13 +314,15 @@ impl Library {
         let Texture::Image { image, .. } = texture else {
             return Err(params.error_of(name, "expected an image"));
         };
-        if image
-            .pixels()
-            .iter()
-            .any(|pixel| pixel.to_array().iter().any(|x| *x < 0.0))
-        {
-            return Err(params.error_of(name, "expected an image without values below 0"));
-        }
+        let is_below_0 = |pixel: &Rgb| pixel.to_array().iter().any(|x| *x < 0.0);
+        let image = match image.pixels().iter().any(is_below_0) {
+            false => image,
+            true => {
+                self.approximated(&params.place_of(name), "values below 0 are taken as 0");
+                let pixels = image.pixels().iter().map(|pixel| pixel.map(|x| x.max(0.0)));
+                Arc::new(Image::new(image.width(), image.height(), pixels.collect()))
+            }
+        };
         Ok(match gamma {
             None => image,
             Some(gamma) => {

@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn tokens_have_their_lines() {
+    fn tokens_carry_their_line_numbers() {
         let text = "Shape \"sphere\" # round\n\n\"float radius\"[ 1.5]\r\n-3e2\"a\\\"b\"";
         let quoted = |text: &'static str| Token::Quoted(text.into());
         let expected = vec![
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn strings_end_on_their_line_and_escapes_are_known() {
+    fn unterminated_strings_and_unknown_escapes_are_rejected() {
         for (text, line) in [
             ("\n\"a\nb\"", 2),
             ("\"a", 1),
@@ -208,7 +208,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_text_is_read_to_its_end(text in ".{0,60}|[ \\[\\]\"\\\\#a1\n]{0,60}") {
+        fn tokenising_arbitrary_text_terminates(text in ".{0,60}|[ \\[\\]\"\\\\#a1\n]{0,60}") {
             if let Ok(tokens) = all(&text) {
                 prop_assert!(tokens.len() <= text.len());
             }

@@ -776,7 +776,7 @@ size_t etd_scene_error(const EtdScene *scene,
                        char *text,
                        size_t capacity);
 
-// Loads a `.toml` scene or a bare `.obj` model, which replaces the description. It takes effect at the next commit.
+// Loads a scene file or a bare model, by its extension, which replaces the description. It takes effect at the next commit.
 //
 // Pointers:
 // `path` is null, or a NUL-terminated string.

@@ -150,7 +150,7 @@ impl Render {
         let until = until(&state.rendering);
         let rendering = &mut state.rendering;
         self.ready
-            .read(|session| Ok(rendering.go_on(session, until, &watcher)?))?;
+            .read(|session| Ok(rendering.continue_until(session, until, &watcher)?))?;
         Ok(match rendering.rendered().cancelled {
             true => EtdStatus::Cancelled,
             false => EtdStatus::Ok,

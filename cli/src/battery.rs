@@ -48,7 +48,7 @@ pub fn run(arguments: &BatteryArguments) -> Result<Outcome> {
     if !arguments.quiet {
         let (json, html) = (files.json.display(), files.html.display());
         let time = format_duration(start.elapsed());
-        eprintln!("{json}, {html}: {} after {time}", summary(&report));
+        say!("{json}, {html}: {} after {time}", summary(&report));
     }
     Ok(match (report.complete, report.all_passed()) {
         (false, _) => Outcome::Interrupted,

@@ -3,7 +3,7 @@
 //! Measure: as in `study/comparison.rs`.
 //! Range: two images of the same size in any format that can be read. A file that is not an image, or has non-finite
 //! pixels, fails like a file that cannot be read.
-//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `cli/tests/command/compare.rs`.
+//! Source: docs/accuracy.md, "Comparing two images". Tested in `cli/tests/command/compare.rs`.
 
 use super::args::{CompareArguments, Metric};
 use super::output::format_percent;
@@ -59,7 +59,7 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
     } else if !arguments.quiet {
         print(tables::markdown(&report).as_bytes())?;
         for note in report.notes() {
-            eprintln!("{note}");
+            say!("{note}");
         }
     }
     Ok(if report.passed() {

@@ -4,8 +4,8 @@
 //! Range: any scene that loads.
 //! Source: docs/scene-format.md. Tested in `cli/tests/command/convert.rs`.
 
-use super::Outcome;
 use super::args::ConvertArguments;
+use super::{Outcome, named_after};
 use etendue::internals::scene::save::save;
 use etendue::{Error, Result};
 use std::path::{Path, PathBuf};
@@ -23,11 +23,11 @@ pub fn run(arguments: &ConvertArguments) -> Result<Outcome> {
     save(&scene, &output)?;
     if !arguments.quiet {
         for note in &scene.notes {
-            eprintln!("note: {note}");
+            say!("note: {note}");
         }
         let (shapes, materials) = (scene.shapes.len(), scene.materials.len());
         let instances = scene.instances.len();
-        eprintln!(
+        say!(
             "{}: {shapes} shapes, {instances} instances, {materials} materials",
             output.display()
         );
@@ -37,8 +37,6 @@ pub fn run(arguments: &ConvertArguments) -> Result<Outcome> {
 
 /// Returns the file to write.
 fn output(arguments: &ConvertArguments) -> PathBuf {
-    arguments.out.clone().unwrap_or_else(|| {
-        let name = arguments.scene.file.file_stem();
-        Path::new(name.unwrap_or("scene".as_ref())).with_extension("toml")
-    })
+    let beside = || named_after(&arguments.scene.file, "toml");
+    arguments.out.clone().unwrap_or_else(beside)
 }

@@ -75,7 +75,7 @@ impl Denoised {
     }
 
     /// Describes the filter and the estimated error in words.
-    pub fn says(&self) -> String {
+    pub fn description(&self) -> String {
         let error = match self.filtered.error {
             Some(error) => format!(", error then about {}", format_percent(error)),
             None => String::new(),
@@ -134,13 +134,13 @@ pub fn run(arguments: &DenoiseArguments) -> Result<Outcome> {
         let before = before.map_or(String::new(), |error| {
             format!("error {}, ", format_percent(error))
         });
-        eprintln!(
+        say!(
             "{}: {} x {} pixels in {}, {before}{}, biased by {}",
             names.join(", "),
             picture.image.width(),
             picture.image.height(),
             format_duration(denoised.elapsed),
-            denoised.says(),
+            denoised.description(),
             denoised.denoiser.bias()
         );
     }

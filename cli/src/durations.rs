@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn durations_are_read_as_written() {
+    fn durations_are_parsed_and_invalid_ones_rejected() {
         for (text, seconds) in [
             ("90s", 90.0),
             ("5m", 300.0),
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn durations_are_printed_shortly() {
+    fn durations_are_formatted_compactly() {
         for (seconds, text) in [
             (0.25, "250 ms"),
             (12.34, "12.3 s"),

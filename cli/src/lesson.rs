@@ -50,7 +50,7 @@ pub fn run(arguments: &LessonArguments) -> Result<Outcome> {
             _ if arguments.all => site.index().display().to_string(),
             _ => format!("{} pages in {}", done.len(), site.arguments.out.display()),
         };
-        eprintln!("{place}: {end} after {}", format_duration(start.elapsed()));
+        say!("{place}: {end} after {}", format_duration(start.elapsed()));
     }
     judge(&done)?;
     Ok(match whole {

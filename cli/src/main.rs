@@ -4,6 +4,9 @@
 //! invalid scene, 4 input or output error, 5 requested error not reached (image written), 6 too many non-finite samples
 //! (image written), 130 interrupted (image written).
 
+#[macro_use]
+mod output;
+
 mod args;
 mod battery;
 mod bench;
@@ -14,7 +17,6 @@ mod durations;
 mod info;
 mod lesson;
 mod merge;
-mod output;
 mod plan;
 mod price;
 mod recommendation;
@@ -27,6 +29,7 @@ use args::{Arguments, Verb};
 use clap::{CommandFactory, Parser};
 use etendue::{Error, ErrorKind};
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// The outcome of the command if no error was returned.
@@ -68,7 +71,7 @@ fn main() -> ExitCode {
         Ok(Outcome::TooManyNonFinite) => ExitCode::from(6),
         Ok(Outcome::Interrupted) => ExitCode::from(130),
         Err(error) => {
-            eprintln!("etendue: {error}");
+            say!("etendue: {error}");
             ExitCode::from(match error.kind() {
                 ErrorKind::Usage => 2,
                 ErrorKind::Scene => 3,
@@ -99,9 +102,19 @@ fn manual(verb: Option<&str>) -> etendue::Result<Outcome> {
 
 /// Returns the command line, beginning with `etendue`.
 fn command_line() -> String {
-    let words = std::env::args().skip(1);
+    let words = std::env::args_os().skip(1);
+    let words = words.map(|word| word.to_string_lossy().into_owned());
     let words: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
     words.join(" ")
+}
+
+/// Returns the name of a file in the current folder: that of a scene with another extension.
+fn named_after(scene: &Path, extension: &str) -> PathBuf {
+    // `with_extension` would take `.5` of `room.5` for an extension.
+    let mut name = scene.file_stem().unwrap_or("scene".as_ref()).to_owned();
+    name.push(".");
+    name.push(extension);
+    PathBuf::from(name)
 }
 
 /// Writes to standard output. A closed pipe, as with `| head`, is not an error.
@@ -110,7 +123,7 @@ fn print(text: &[u8]) -> etendue::Result<Outcome> {
     match stdout.write_all(text).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => Err(Error::io(
             "cannot write",
-            std::path::Path::new("standard output"),
+            Path::new("standard output"),
             error,
         )),
         _ => Ok(Outcome::Done),

@@ -5,9 +5,10 @@
 //! Source: none needed. Tested in `cli/tests/command/shards.rs`.
 
 use super::args::MergeArguments;
-use super::denoise::Denoised;
-use super::output::{explain, format_percent};
+use super::denoise::{DenoiseStats, Denoised};
+use super::output::{explain, format_confidence, format_percent};
 use super::render::states::is_state;
+use super::render::summary::{are_too_many, biased_by};
 use super::{Outcome, command_line, print};
 use etendue::internals::film::ErrorEstimate;
 use etendue::internals::image::atomic::check_creatable;
@@ -35,6 +36,13 @@ struct Report {
     reached: Option<bool>,
     /// The samples per pixel of a render that reaches it, by the error so far.
     needed_spp: Option<u64>,
+    /// What biases the image.
+    bias: Vec<String>,
+    /// The samples that were not finite and are left out.
+    rejected: u64,
+    /// The filter of the image, and its error then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    denoise: Option<DenoiseStats>,
     /// The time of rendering of all shards, in seconds.
     render_seconds: f64,
     seconds: f64,
@@ -49,6 +57,9 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
             false => image::check_writable(output)?,
         }
     }
+    if let Some(filter) = arguments.denoise {
+        filter.check()?;
+    }
     let merge = Merge::of(&arguments.files)?;
     let missing = merge.missing();
     if !missing.is_empty() && !arguments.partial {
@@ -60,7 +71,7 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
     }
     let state = merge.sum()?;
     let error = state.error(arguments.confidence);
-    write(arguments, &state, error.as_ref())?;
+    let denoised = write(arguments, &state, error.as_ref())?;
     let bound = error
         .map(|error| error.upper_bound)
         .filter(|it| it.is_finite());
@@ -77,6 +88,9 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
         rel_rmse_upper: bound,
         reached,
         needed_spp: needed.and_then(|target| state.needed_spp(target, arguments.confidence)),
+        bias: bias(&state, denoised.as_ref()),
+        rejected: state.header.rejected.count,
+        denoise: denoised.as_ref().map(Denoised::stats),
         render_seconds: state.header.seconds,
         seconds: start.elapsed().as_secs_f64(),
     };
@@ -84,21 +98,35 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
         let json = serde_json::to_string_pretty(&report).expect("plain data always serialises");
         print((json + "\n").as_bytes())?;
     }
-    if !arguments.quiet {
-        eprintln!("{}", last_line(arguments, &report, error.as_ref()));
+    if report.rejected > 0 {
+        let rejected = report.rejected;
+        say!("warning: {rejected} samples were not finite and are left out");
     }
+    if !arguments.quiet {
+        let filtered = denoised.as_ref().map(Denoised::description);
+        say!(
+            "{}",
+            last_line(arguments, &report, error.as_ref(), filtered)
+        );
+    }
+    let samples = state.film.sample_count();
     Ok(match reached {
+        _ if are_too_many(report.rejected, samples) => Outcome::TooManyNonFinite,
         Some(false) => Outcome::ErrorNotReached,
         _ => Outcome::Done,
     })
 }
 
-/// Writes the outputs.
-fn write(arguments: &MergeArguments, state: &State, error: Option<&ErrorEstimate>) -> Result<()> {
+/// Writes the outputs. Returns the filtered image, if it is to be filtered.
+fn write(
+    arguments: &MergeArguments,
+    state: &State,
+    error: Option<&ErrorEstimate>,
+) -> Result<Option<Denoised>> {
     let (states, images): (Vec<_>, Vec<_>) = arguments.out.iter().partition(|path| is_state(path));
     states.into_iter().try_for_each(|path| state.write(path))?;
     if images.is_empty() {
-        return Ok(());
+        return Ok(None);
     }
     let mut picture = LayeredImage::from(state.film.develop());
     let has_layers = !state.layers.is_empty();
@@ -109,9 +137,7 @@ fn write(arguments: &MergeArguments, state: &State, error: Option<&ErrorEstimate
             "--denoise needs the layers of the first hits, which are in the file with the first sample of a render with --layers",
         ));
     } else if state.header.wants_layers {
-        eprintln!(
-            "note: without layers: they are in the file with the first sample, which is missing"
-        );
+        say!("note: without layers: they are in the file with the first sample, which is missing");
     }
     let denoise = |filter| {
         let before = error.map(|error| error.rel_rmse);
@@ -131,7 +157,15 @@ fn write(arguments: &MergeArguments, state: &State, error: Option<&ErrorEstimate
         .map_or(&picture.image, |it| &it.filtered.image);
     images
         .into_iter()
-        .try_for_each(|path: &std::path::PathBuf| image::write(path, image, &options))
+        .try_for_each(|path: &std::path::PathBuf| image::write(path, image, &options))?;
+    Ok(denoised)
+}
+
+/// Descriptions of everything that biases the image.
+fn bias(state: &State, denoised: Option<&Denoised>) -> Vec<String> {
+    let mut bias = state.header.bias.clone();
+    bias.extend(denoised.map(|it| it.denoiser.bias().to_owned()));
+    bias
 }
 
 /// The metadata of an EXR file: as `etendue render` writes them.
@@ -142,8 +176,7 @@ fn metadata(
 ) -> Vec<(String, MetadataValue)> {
     let header = &state.header;
     let text = |text: &str| MetadataValue::Text(text.to_owned());
-    let mut bias = header.bias.clone();
-    bias.extend(denoised.map(|it| it.denoiser.bias().to_owned()));
+    let bias = bias(state, denoised);
     let bias = match bias.is_empty() {
         true => "none".to_owned(),
         false => bias.join("; "),
@@ -185,7 +218,12 @@ fn metadata(
 }
 
 /// The summary line: outputs, files, samples, error, and what is missing.
-fn last_line(arguments: &MergeArguments, report: &Report, error: Option<&ErrorEstimate>) -> String {
+fn last_line(
+    arguments: &MergeArguments,
+    report: &Report,
+    error: Option<&ErrorEstimate>,
+    filtered: Option<String>,
+) -> String {
     let name = |path: &std::path::PathBuf| Path::display(path).to_string();
     let outputs: Vec<String> = arguments.out.iter().map(name).collect();
     let error = match error {
@@ -197,10 +235,10 @@ fn last_line(arguments: &MergeArguments, report: &Report, error: Option<&ErrorEs
                 explain(doubt)
             ),
             None => format!(
-                "error {} (below {} at {:.0} % confidence)",
+                "error {} (below {} at {} confidence)",
                 format_percent(error.rel_rmse),
                 format_percent(error.upper_bound),
-                100.0 * error.confidence
+                format_confidence(error.confidence)
             ),
         },
     };
@@ -216,8 +254,10 @@ fn last_line(arguments: &MergeArguments, report: &Report, error: Option<&ErrorEs
         (Some(false), None) => "; the requested error is not reached".to_owned(),
         _ => String::new(),
     };
+    let filtered = filtered.map_or(String::new(), |words| format!(", {words}"));
+    let bias = biased_by(&report.bias);
     format!(
-        "{}: {} files, {} spp, {error}{missing}{needed}",
+        "{}: {} files, {} spp, {error}{filtered}{bias}{missing}{needed}",
         outputs.join(", "),
         report.files,
         report.spp

@@ -10,7 +10,9 @@ use etendue::internals::film::Doubt;
 use etendue::internals::render::{Predicted, Progress, RenderObserver};
 use etendue::{Error, Result};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::io::IsTerminal;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::flag;
+use std::io::{IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -20,6 +22,18 @@ const LINE_INTERVAL: Duration = Duration::from_secs(30);
 
 /// The number of steps of the progress bar.
 const BAR_LENGTH: u64 = 1000;
+
+/// Prints a line to standard error, as `eprintln!` does. A line that cannot be written is lost: a render does not end for it.
+macro_rules! say {
+    ($($words:tt)*) => {
+        $crate::output::say_line(format_args!($($words)*))
+    };
+}
+
+/// Prints a line to standard error, if that can be written to.
+pub fn say_line(line: std::fmt::Arguments<'_>) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
 
 /// Shows progress and forwards Ctrl-C.
 pub struct Watcher {
@@ -36,19 +50,24 @@ enum Display {
 }
 
 impl Watcher {
-    /// Creates a watcher that catches Ctrl-C. A second Ctrl-C ends the process at once.
+    /// Creates a watcher that catches Ctrl-C, the request to end, and the end of the terminal unless that is ignored, as by
+    /// `nohup`. A second signal ends the process at once.
     ///
     /// # Errors
     /// If the handler cannot be installed.
     pub fn new(mode: ProgressMode) -> Result<Self> {
         let interrupted = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&interrupted);
-        ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        })
-        .map_err(|error| Error::render("cannot install a handler for Ctrl-C").because(error))?;
+        let mut signals = vec![SIGINT, SIGTERM];
+        if !is_ignored(SIGHUP) {
+            signals.push(SIGHUP);
+        }
+        for signal in signals {
+            flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupted))
+                .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
+                .map_err(|error| {
+                    Error::render("cannot install a handler for Ctrl-C").because(error)
+                })?;
+        }
         Ok(Self {
             display: Display::new(mode),
             predicted: AtomicU8::new(0),
@@ -62,6 +81,14 @@ impl Watcher {
             bar.finish_and_clear();
         }
     }
+}
+
+/// Whether this process ignores a signal, as far as the system tells.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
 }
 
 impl Display {
@@ -95,7 +122,7 @@ impl Watcher {
                     *last = Instant::now();
                     // Rounded down: 100 % means done.
                     let percent = (100.0 * fraction).floor();
-                    eprintln!("{percent:>3} %  {}", words());
+                    say!("{percent:>3} %  {}", words());
                 }
             }
         }
@@ -107,8 +134,16 @@ impl Watcher {
     pub fn note(&self, words: &str) {
         match &self.display {
             Display::Nothing => {}
-            Display::Bar(bar) => bar.suspend(|| eprintln!("{words}")),
-            Display::Lines(_) => eprintln!("{words}"),
+            Display::Bar(bar) => bar.suspend(|| say!("{words}")),
+            Display::Lines(_) => say!("{words}"),
+        }
+    }
+
+    /// Prints a warning, even if nothing else is shown.
+    pub fn warn(&self, words: &str) {
+        match &self.display {
+            Display::Nothing => say!("{words}"),
+            _ => self.note(words),
         }
     }
 }
@@ -121,7 +156,7 @@ fn describe_prediction(predicted: &Predicted) -> String {
         "about"
     };
     format!(
-        "after {} spp the error is below {}; the requested error takes {about} {} spp, {}",
+        "after {} spp the error is about {}; the requested error takes {about} {} spp, {}",
         predicted.pilot,
         format_percent(predicted.error),
         predicted.spp,
@@ -183,6 +218,16 @@ pub fn explain(doubt: Doubt) -> String {
             format_percent(rel_rmse)
         ),
     }
+}
+
+/// Formats a confidence as a percentage, never as 100 %.
+pub fn format_confidence(confidence: f64) -> String {
+    let percent = 100.0 * confidence;
+    let decimals = (0..12).find(|&decimals| {
+        let rounded: f64 = format!("{percent:.decimals$}").parse().unwrap_or(percent);
+        rounded < 100.0 && (rounded - percent).abs() <= 0.02 * (100.0 - percent)
+    });
+    format!("{percent:.0$} %", decimals.unwrap_or(12))
 }
 
 /// Formats a signed fraction as a percentage with three digits.

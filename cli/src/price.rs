@@ -46,7 +46,7 @@ pub fn run(arguments: &PriceArguments) -> Result<Outcome> {
             true => "before the errors were measured",
             false => "the answers are those of a shorter render",
         };
-        eprintln!(
+        say!(
             "interrupted after {}: {what}",
             format_duration(start.elapsed())
         );

@@ -5,7 +5,9 @@
 //! Source: docs/accuracy.md, "Which integrator". Tested in `cli/tests/command/auto.rs`.
 
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::auto::{LightPathChoice, Recommendation, ReuseChoice};
+use etendue::internals::render::auto::{
+    LightPathChoice, Recommendation, ReuseChoice, WindowChoice,
+};
 use etendue_lab::study::bootstrap::Ranged;
 use serde::Serialize;
 
@@ -22,6 +24,8 @@ pub struct RecommendationReport {
     pub light_paths: Option<LightPathReport>,
     /// The pixels that share the paths of `path`, if a pilot chose their number.
     pub reuse: Option<ReuseReport>,
+    /// The roulette of `path`, if a pilot chose its weight window.
+    pub roulette: Option<RouletteReport>,
 }
 
 /// A number of light paths that a pilot has chosen.
@@ -42,6 +46,15 @@ pub struct ReuseReport {
     pub squared_error_without: f64,
     /// The squared error at equal cost without shared paths, over that with them.
     pub gain: f64,
+}
+
+/// A rule of roulette whose weight window a pilot has chosen.
+#[derive(Debug, Clone, Serialize)]
+pub struct RouletteReport {
+    /// The rule.
+    pub rule: String,
+    /// The number of rays with the smaller window over that with the larger one.
+    pub rays_of_smaller_window: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -72,6 +85,7 @@ impl From<&Recommendation> for RecommendationReport {
             option: recommendation.option.clone(),
             light_paths: recommendation.choices.light_paths.map(Into::into),
             reuse: recommendation.choices.reuse.map(Into::into),
+            roulette: recommendation.choices.window.map(Into::into),
         }
     }
 }
@@ -117,6 +131,27 @@ impl ReuseReport {
         format!(
             "{} (without, a pilot has {:.2} times the squared error, at equal cost {:.2} times)",
             self.pixels, self.squared_error_without, self.gain
+        )
+    }
+}
+
+impl From<WindowChoice> for RouletteReport {
+    fn from(choice: WindowChoice) -> Self {
+        Self {
+            rule: choice.roulette.to_string(),
+            rays_of_smaller_window: choice.rays_of_smaller,
+        }
+    }
+}
+
+impl RouletteReport {
+    /// Returns the rule and its reason.
+    pub fn describe(&self) -> String {
+        format!(
+            "{} (the smaller window has {:.2} times the rays of the larger one in a pilot, and is taken up to {} times)",
+            self.rule,
+            self.rays_of_smaller_window,
+            WindowChoice::MOST_RAYS
         )
     }
 }
@@ -178,6 +213,8 @@ impl RecommendationReport {
         lines.extend(light_paths.map(|it| format!("light paths beside path: {it}")));
         let reuse = self.reuse.map(|it| it.describe());
         lines.extend(reuse.map(|it| format!("pixels of path that share paths: {it}")));
+        let roulette = self.roulette.as_ref().map(RouletteReport::describe);
+        lines.extend(roulette.map(|it| format!("roulette of path: {it}")));
         lines
     }
 }
@@ -198,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn advice_never_contradicts_the_measurement_and_tells_where_auto_does() {
+    fn advice_matches_measured_gains_and_mentions_auto_choice() {
         let gain = |value: f64| Ranged {
             value,
             low: 0.8 * value,

@@ -69,7 +69,7 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
             "interrupted"
         };
         let time = format_duration(start.elapsed());
-        eprintln!("{}: {end} after {time}", files.html.display());
+        say!("{}: {end} after {time}", files.html.display());
     }
     Ok(match report.complete {
         true => Outcome::Done,

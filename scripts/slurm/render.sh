@@ -39,15 +39,24 @@ missing() {
     done <"$folder/round"
 }
 
-# Submits the array of what is missing, and the job that goes on after it.
+# Submits the array of what is missing, and the job that goes on after it: both or none.
 submit() {
     # shellcheck disable=SC2086
     array=$(sbatch --parsable ${SBATCH_OPTIONS:-} --array="$(missing)" --output="$folder/log-%a.txt" \
-        "$here/shard.sh" "$folder")
+        "$here/shard.sh" "$folder") || return 1
+    array=${array%%;*}
     # shellcheck disable=SC2086
-    sbatch --parsable ${SBATCH_OPTIONS:-} --job-name=etendue-merge --dependency="afterany:${array%%;*}" \
-        --output="$folder/log-merge.txt" --open-mode=append "$folder/next.sh" --next "$folder" >/dev/null
-    echo "${array%%;*}" >"$folder/array"
+    if ! sbatch --parsable ${SBATCH_OPTIONS:-} --job-name=etendue-merge --dependency="afterany:$array" \
+        --output="$folder/log-merge.txt" --open-mode=append "$folder/next.sh" --next "$folder" >/dev/null; then
+        scancel "$array"
+        return 1
+    fi
+    echo "$array" >"$folder/array"
+}
+
+# Submits the next jobs of a render that has begun.
+submit_again() {
+    submit || fail "sbatch refused a job: see $folder/log-merge.txt"
 }
 
 fail() {
@@ -61,7 +70,7 @@ next() {
         tries=$(($(cat "$folder/tries") - 1))
         [ "$tries" -ge 0 ] || fail "shards $(missing) are missing: see $folder/log-*.txt"
         echo "$tries" >"$folder/tries"
-        submit
+        submit_again
         return
     fi
     code=0
@@ -86,13 +95,22 @@ another_round() {
     echo "$needed" >"$folder/spp"
     divide "$spp" "$needed" "$(cat "$folder/shards")" >"$folder/round"
     echo "${TRIES:-3}" >"$folder/tries"
-    submit
+    submit_again
+}
+
+# Says so if this job ends before its work is done: nobody would go on.
+note_end() {
+    [ -n "${is_done:-}" ] || [ -e "$folder/failed" ] ||
+        echo "the job that merges ended early: see $folder/log-merge.txt" >"$folder/failed"
 }
 
 if [ "${1:-}" = --next ]; then
     folder=$2
     here=$(cat "$folder/scripts")
+    trap note_end EXIT
+    trap 'exit 1' TERM
     next
+    is_done=1
     exit
 fi
 if [ $# -lt 4 ]; then
@@ -108,10 +126,7 @@ spp=$((($3 + 3) / 4 * 4))
 shift 3
 scene=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
 shift
-{
-    echo "$scene"
-    for word in "$@"; do echo "$word"; done
-} >"$folder/command"
+printf '%s\n' "$scene" "$@" >"$folder/command"
 echo "$shards" >"$folder/shards"
 echo "$spp" >"$folder/spp"
 echo "${TRIES:-3}" >"$folder/tries"
@@ -119,5 +134,6 @@ echo "$here" >"$folder/scripts"
 divide 0 "$spp" "$shards" >"$folder/round"
 # Slurm copies a script when it is submitted; this copy is submitted again and again.
 cp "$here/render.sh" "$folder/next.sh"
-submit
+# What was refused may be submitted again.
+submit || { rm -f "$folder/round"; exit 1; }
 echo "submitted: wait for $folder/done or $folder/failed"

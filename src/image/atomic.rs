@@ -2,7 +2,7 @@
 //!
 //! Measure: none.
 //! Range: any path in an existing folder that can be written to. On failure an existing file is unchanged, and no new
-//! file remains.
+//! file remains. A link stays, and the file that it leads to is replaced; what is no file, such as a device, is written to.
 //! Source: rename(2) replaces its target in one step. Tested below.
 
 use crate::error::{Error, Result};
@@ -16,7 +16,7 @@ pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<()> {
-    replace(path, write, |_| Ok(()))
+    replace(path, write)
 }
 
 /// Replaces the file at `path` by the output of `write`, atomically also if the power fails: the file is on the disk
@@ -25,7 +25,7 @@ pub fn write_durably(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<()> {
-    replace(path, write, File::sync_all)?;
+    replace(path, write)?;
     // Where a folder cannot be opened, the new name is on the disk somewhat later.
     if let Ok(folder) = File::open(folder_of(path)) {
         folder
@@ -35,24 +35,37 @@ pub fn write_durably(
     Ok(())
 }
 
-/// Replaces the file at `path` atomically by the output of `write`, after `before` was called with the temporary file.
+/// Replaces the file at `path` atomically by the output of `write`.
 fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-    before: impl FnOnce(&File) -> io::Result<()>,
 ) -> Result<()> {
     let cannot_write = |cause| Error::io("cannot write", path, cause);
-    let mut temporary = create_beside(path).map_err(cannot_write)?;
-    let mut writer = BufWriter::new(temporary.as_file_mut());
-    write(&mut writer)
-        .and_then(|()| writer.flush())
-        .map_err(cannot_write)?;
-    drop(writer);
-    before(temporary.as_file()).map_err(cannot_write)?;
+    let fill = |file: &mut File| {
+        let mut writer = BufWriter::new(file);
+        write(&mut writer).and_then(|()| writer.flush())
+    };
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    if is_device(&target) {
+        let device = File::options().write(true).open(&target);
+        return device
+            .and_then(|mut device| fill(&mut device))
+            .map_err(cannot_write);
+    }
+    let mut temporary = create_beside(&target).map_err(cannot_write)?;
+    fill(temporary.as_file_mut()).map_err(cannot_write)?;
+    // Some file systems report only now that there is no room.
+    temporary.as_file().sync_all().map_err(cannot_write)?;
     temporary
-        .persist(path)
+        .persist(&target)
         .map_err(|failure| cannot_write(failure.error))?;
     Ok(())
+}
+
+/// Whether there is something at `path` that is neither a file nor a folder.
+fn is_device(path: &Path) -> bool {
+    path.metadata()
+        .is_ok_and(|it| !it.is_file() && !it.is_dir())
 }
 
 /// Replaces the file at `path` atomically by `text`.
@@ -72,8 +85,16 @@ pub fn check_creatable(path: &Path) -> Result<()> {
     if path.is_dir() {
         return Err(cannot_write(io::ErrorKind::IsADirectory.into()));
     }
+    if is_device(path) {
+        return File::options()
+            .write(true)
+            .open(path)
+            .map(drop)
+            .map_err(cannot_write);
+    }
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
     // Dropping the temporary file removes it.
-    create_beside(path).map(drop).map_err(cannot_write)
+    create_beside(&target).map(drop).map_err(cannot_write)
 }
 
 /// The folder of a file.
@@ -123,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_replaced_and_readable_like_any_other() {
+    fn atomic_write_replaces_the_file_with_default_permissions() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
         for content in ["old and long", "new"] {
@@ -139,8 +160,24 @@ mod tests {
         assert_eq!(permissions(&path), permissions(&ordinary));
     }
 
+    #[cfg(unix)]
     #[test]
-    fn a_failing_writer_leaves_the_old_file_and_nothing_else() {
+    fn links_are_followed_and_devices_are_not_replaced() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [file, link] = ["a.txt", "link.txt"].map(|name| folder.path().join(name));
+        std::fs::write(&file, "old").expect("written");
+        std::os::unix::fs::symlink(&file, &link).expect("a link");
+        write_text(&link, "new").expect("written");
+        assert_eq!(std::fs::read_to_string(&file).expect("read"), "new");
+        assert!(link.is_symlink());
+        let null = Path::new("/dev/null");
+        check_creatable(null).expect("writable");
+        write_text(null, "nothing").expect("written");
+        assert!(is_device(null));
+    }
+
+    #[test]
+    fn failed_atomic_write_keeps_the_old_file_and_no_temporary() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
         std::fs::write(&path, "old").expect("written");
@@ -156,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_check_finds_what_would_fail_and_changes_nothing() {
+    fn check_creatable_predicts_failures_without_side_effects() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
         check_creatable(&path).expect("creatable");

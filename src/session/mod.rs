@@ -201,7 +201,7 @@ impl Session {
     ) -> Result<Rendering> {
         let mut rendering = self.start_watched(options, observer)?;
         let until = rendering.settings().budget;
-        rendering.go_on(self, until, observer)?;
+        rendering.continue_until(self, until, observer)?;
         Ok(rendering)
     }
 

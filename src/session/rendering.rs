@@ -68,7 +68,7 @@ impl Rendering {
     /// # Errors
     /// A session that has changed since the rendering began, or is another one; an adaptive render that has begun. The
     /// samples so far are kept.
-    pub fn go_on(
+    pub fn continue_until(
         &mut self,
         session: &Session,
         until: Budget,
@@ -88,7 +88,7 @@ impl Rendering {
     /// Takes this many additional samples per pixel.
     ///
     /// # Errors
-    /// The errors of [`Self::go_on`].
+    /// The errors of [`Self::continue_until`].
     pub fn add_samples(
         &mut self,
         session: &Session,
@@ -96,7 +96,7 @@ impl Rendering {
         observer: &dyn RenderObserver,
     ) -> Result<()> {
         let until = Budget::samples(self.spp().saturating_add(spp));
-        self.go_on(session, until, observer)
+        self.continue_until(session, until, observer)
     }
 
     /// The settings that the options resolve to.
@@ -183,5 +183,5 @@ fn check_room(settings: &RenderSettings, filter: &Filter) -> Result<()> {
     let sums = Film::memory(settings.window, settings.tile_size, settings.reach(filter));
     let bytes = sums.saturating_add(others);
     let (width, height) = (settings.window.width, settings.window.height);
-    memory::check(bytes, || format!("a picture of {width} x {height} pixels"))
+    memory::check(bytes, || format!("an image of {width} x {height} pixels"))
 }

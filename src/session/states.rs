@@ -36,7 +36,7 @@ impl Session {
             )));
         }
         if state.header.window != rendering.settings.window {
-            return Err(Error::usage("the state is of another part of the picture"));
+            return Err(Error::usage("the state is of another part of the image"));
         }
         rendering.shard = state.header.shard.map(|[first, end]| first..end);
         let nothing = Rendered::nothing(&rendering.settings, &self.filter);
@@ -60,7 +60,7 @@ impl Rendering {
         self.check_can_be_kept()?;
         let (None, Some(spp)) = (settings.budget.error, self.whole_spp()) else {
             return Err(Error::usage(
-                "a shard is a part of a known number of samples: give --spp, and no --error; `etendue plan --error` tells how many samples an error takes",
+                "a shard is a part of a known number of samples: give --spp, and no --error; `etendue plan SCENE --shards --error` tells how many samples an error takes",
             ));
         };
         let samples = shard.samples(spp)?;

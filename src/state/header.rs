@@ -125,7 +125,7 @@ impl Header {
         let others = self.window.pixel_count().saturating_mul(of_pixel as u64);
         let sums = Film::memory(self.window, self.tile_size, self.reach);
         let bytes = sums.saturating_add(others);
-        memory::check(bytes, || format!("a picture of {width} x {height} pixels"))?;
+        memory::check(bytes, || format!("an image of {width} x {height} pixels"))?;
         let mut film = Film::new(self.window, self.tile_size).with_reach(self.reach);
         if self.paths.is_some() {
             film = film.with_splats();

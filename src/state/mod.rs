@@ -95,6 +95,11 @@ impl State {
                 )));
             }
         };
+        if header.shard.is_none() && first > 0 {
+            return Err(Error::usage(format!(
+                "samples 0..{first} are missing: such sums can be merged, not continued"
+            )));
+        }
         Ok(Rendered {
             film: self.film,
             first,
@@ -127,7 +132,7 @@ impl State {
     /// Reads a state file.
     ///
     /// # Errors
-    /// A file that cannot be read, is not a state file, or is damaged; too little memory for its picture.
+    /// A file that cannot be read, is not a state file, or is damaged; too little memory for its image.
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = file::read_bytes(path)?;
         Self::decode(&bytes).map_err(|error| error.in_file(path))

@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_part_is_refused() {
+    fn invalid_shards_are_rejected() {
         let part = |index, of| Shard::Part { index, of }.samples(16);
         let range = |first, end| Shard::Samples { first, end }.samples(16);
         for refused in [
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_are_what_is_not_covered() {
+    fn missing_ranges_are_the_uncovered_gaps() {
         assert_eq!(missing(&[], 8), [[0, 8]]);
         assert_eq!(missing(&[[0, 8]], 8), [[0_u64; 2]; 0]);
         assert_eq!(

@@ -41,7 +41,7 @@ impl Metric {
 #[derive(Debug, Args)]
 #[command(
     after_help = "In a script: `etendue compare new.exr reference.exr -q --tolerance 1%` prints nothing; exit code \
-    0 if the error is at most 1 %, 1 if it is more, 2 if the pictures cannot be compared, 4 if one cannot be read."
+    0 if the error is at most 1 %, 1 if it is more, 2 if the images cannot be compared, 4 if one cannot be read."
 )]
 pub struct CompareArguments {
     /// Image to compare: .exr, .png, .jpg, .hdr or .pfm. With the layers of `render --layers` it is also tested for

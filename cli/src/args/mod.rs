@@ -145,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_definition_is_consistent() {
+    fn command_line_definition_is_consistent() {
         use clap::CommandFactory;
         Arguments::command().debug_assert();
     }

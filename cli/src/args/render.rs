@@ -146,14 +146,15 @@ pub struct RenderArguments {
     ///
     /// splatting: a sample contributes to every pixel that its filter covers; the noise of neighbouring pixels is correlated.
     /// importance: a sample belongs to one pixel, and its position is sampled from the filter. Box filters, radii above 4.5
-    /// pixels, adaptive renders, bdpt and mlt have importance sampling alone. Default: splatting; with --layers and --denoise
+    /// pixels, adaptive renders and mlt have importance sampling alone. Default: splatting; with --layers and --denoise
     /// importance, since what reads layers takes the noise of pixels as independent.
     #[arg(long, value_parser = named(FilterSampling::ALL, FilterSampling::name))]
     pub filter_sampling: Option<FilterSampling>,
-    /// Folder to which the contribution of each bdpt strategy is also written. Needs --max-bounces.
+    /// Folder to which the contribution of each strategy of bdpt or path is also written. Needs --spp.
     ///
-    /// sS-tT.exr, with S vertices from the light and T from the camera, is the strategy alone without weights;
-    /// sS-tT-weighted.exr is its weighted share of the image.
+    /// bdpt, which needs --max-bounces: sS-tT.exr, with S vertices from the light and T from the camera, is the strategy alone
+    /// without weights; sS-tT-weighted.exr is its weighted share of the image. path: s0-weighted.exr is the light found by
+    /// scattering, s1-weighted.exr by light sampling, and t1-weighted.exr by light paths.
     #[arg(long, value_name = "DIR")]
     pub bdpt_strategies: Option<PathBuf>,
     /// Maximum distance of occluders for ambient-occlusion, in scene units. Default: the scene's, or no limit.

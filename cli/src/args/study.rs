@@ -123,7 +123,7 @@ mod tests {
     use etendue::internals::integrator::reuse::Reuse;
 
     #[test]
-    fn what_is_varied_is_read_as_written() {
+    fn varied_settings_are_parsed() {
         let read = parse_varied("integrator=path, nee").expect("two integrators");
         let expected = [IntegratorKind::Path, IntegratorKind::NextEvent];
         assert_eq!(read.0, expected.map(Choice::Integrator));
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn what_there_is_not_is_answered_by_the_nearest() {
+    fn invalid_varied_settings_are_rejected_with_a_hint() {
         for (wrong, word) in [
             ("integrator", "SETTING=A,B"),
             ("integrater=path", "integrator"),

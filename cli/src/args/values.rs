@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn limits_are_numbers_or_percents() {
+    fn limits_are_parsed_as_numbers_or_percentages() {
         for (text, limit) in [("0", 0.0), ("2.5 %", 0.025), ("150%", 1.5), ("7", 7.0)] {
             assert_eq!(parse_limit(text), Ok(limit));
         }

@@ -32,7 +32,7 @@ pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
     let watcher = Watcher::new(mode)?;
     let note = |text: &str| {
         if !arguments.quiet {
-            eprintln!("note: {text}");
+            say!("note: {text}");
         }
     };
     let scenes = scenes::given(&arguments.scenes, arguments.fidelity, &note)?;
@@ -64,7 +64,7 @@ pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
         } else {
             "interrupted"
         };
-        eprintln!("{json}, {html}: {end} after {time}");
+        say!("{json}, {html}: {end} after {time}");
     }
     Ok(match report.complete {
         true => Outcome::Done,

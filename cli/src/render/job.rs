@@ -7,7 +7,7 @@
 use crate::args::RenderArguments;
 use crate::recommendation::{LightPathReport, ReuseReport};
 use etendue::internals::effects::Effect;
-use etendue::internals::film::filter::{Filter, FilterSampling};
+use etendue::internals::film::filter::Filter;
 use etendue::internals::render::auto::{PathChoices, Recommendation};
 use etendue::internals::render::kernel;
 use etendue::internals::render::settings::RenderSettings;
@@ -41,10 +41,7 @@ impl Job<'_> {
     /// Describes the reconstruction filter and how it is estimated.
     pub fn filter(&self) -> String {
         let description = self.description.film.filter;
-        let sampling = match self.settings.reach(&Filter::new(&description)) {
-            0 => FilterSampling::Importance,
-            _ => FilterSampling::Splatting,
-        };
+        let sampling = self.settings.filter_sampling_of(&Filter::new(&description));
         format!("{}, {}", description.name(), sampling.name())
     }
 

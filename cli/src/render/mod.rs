@@ -9,19 +9,20 @@ mod options;
 mod replay;
 pub mod states;
 pub mod stats;
-mod summary;
+pub mod summary;
 
 use crate::args::{ProgressMode, RenderArguments};
 use crate::denoise::Denoised;
 use crate::output::Watcher;
 use crate::recommendation::sentence;
-use crate::{Outcome, command_line};
+use crate::{Outcome, command_line, named_after};
 use etendue::internals::film::ErrorEstimate;
 use etendue::internals::film::filter::{Filter, FilterSampling};
 use etendue::internals::film::splats::Strategy;
 use etendue::internals::image::atomic::{check_creatable, make_folder};
 use etendue::internals::image::{self, LayeredImage, MetadataValue, WriteOptions};
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::path_strategies::{PathStrategy, path_strategies};
 use etendue::internals::render::{RenderInput, RenderObserver, Rendered, Threads, strategies};
 use etendue::internals::session::{Rendering, Session};
 use etendue::{Error, Result};
@@ -86,7 +87,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     }
 
     let checkpointer = Checkpointer::new(&watcher, arguments, &session, &rendering)?;
-    let ended = rendering.go_on(&session, rendering.budget(), &checkpointer);
+    let ended = rendering.continue_until(&session, rendering.budget(), &checkpointer);
     watcher.finish();
     ended?;
     let times = Times {
@@ -102,23 +103,27 @@ fn announce(job: &Job<'_>, session: &Session) {
     let arguments = job.arguments;
     if !arguments.quiet {
         if let Some(recommendation) = job.auto {
-            eprintln!("{}", sentence(recommendation));
+            say!("{}", sentence(recommendation));
         }
         let bias = job.settings.bias_of_integrator(job.scene.effects);
         for note in session.notes().chain(bias) {
-            eprintln!("note: {note}");
+            say!("note: {note}");
         }
         if arguments.denoise.is_some() && arguments.error.is_some() {
-            eprintln!("note: the requested error is that of the image before filtering");
+            say!("note: the requested error is that of the image before filtering");
         }
     }
     if arguments.verbose {
-        eprint!("{}", job.summary());
+        say!("{}", job.summary().trim_end());
     }
 }
 
-/// Filters, writes and reports the rendered image. `times` has the durations of the earlier phases; `start` is the
-/// start of the command.
+/// Writes the states, filters, writes and reports the rendered image. `times` has the durations of the earlier phases; `start`
+/// is the start of the command.
+///
+/// # Errors
+/// The first error. Every output is tried before that: one that cannot be written costs no other, and states come first, as
+/// a process that was asked to end may have little time.
 fn finish(
     job: &Job<'_>,
     session: &Session,
@@ -131,28 +136,60 @@ fn finish(
     let rendered = rendering.rendered();
     times.render = rendered.elapsed.as_secs_f64();
     let error = rendering.error(arguments.confidence);
-    let picture = match job.settings.layers {
-        true => rendering.layered(session)?,
-        false => LayeredImage::from(rendering.image()),
-    };
-    let denoised = arguments
-        .denoise
-        .map(|filter| {
-            let before = error.map(|error| error.rel_rmse);
-            Denoised::new(filter, &picture, before, job.settings.threads)
-        })
-        .transpose()?;
-    times.denoise = denoised.as_ref().map_or(0.0, |it| it.elapsed.as_secs_f64());
     let writing = Instant::now();
-    states::write(arguments, session, rendering, outputs)?;
-    let metadata = job.metadata(rendered, error.as_ref(), denoised.as_ref());
-    job.write(outputs, picture, denoised.as_ref(), metadata)?;
-    if let Some(folder) = &arguments.bdpt_strategies {
-        job.write_strategies(folder, session.filter())?;
-    }
+    let mut failures = Failures::default();
+    failures.note(states::write(arguments, session, rendering, outputs));
     times.write = writing.elapsed().as_secs_f64();
+    let mut denoised = None;
+    if images(outputs).next().is_some() {
+        let picture = match job.settings.layers {
+            true => rendering.layered(session)?,
+            false => LayeredImage::from(rendering.image()),
+        };
+        denoised = arguments.denoise.and_then(|filter| {
+            let before = error.map(|error| error.rel_rmse);
+            failures.note(Denoised::new(
+                filter,
+                &picture,
+                before,
+                job.settings.threads,
+            ))
+        });
+        times.denoise = denoised.as_ref().map_or(0.0, |it| it.elapsed.as_secs_f64());
+        let writing = Instant::now();
+        let metadata = job.metadata(rendered, error.as_ref(), denoised.as_ref());
+        job.write(outputs, picture, denoised.as_ref(), metadata, &mut failures);
+        times.write += writing.elapsed().as_secs_f64();
+    }
+    if let Some(folder) = &arguments.bdpt_strategies {
+        let writing = Instant::now();
+        failures.note(job.write_strategies(folder, session.filter()));
+        times.write += writing.elapsed().as_secs_f64();
+    }
     times.total = start.elapsed().as_secs_f64();
-    job.report(outputs, rendered, error, denoised.as_ref(), times)
+    let reported = failures.note(job.report(outputs, rendered, error, denoised.as_ref(), times));
+    match failures.first {
+        Some(error) => Err(error),
+        None => Ok(reported.expect("without an error there is an outcome")),
+    }
+}
+
+/// The first of several errors; the others are printed at once.
+#[derive(Default)]
+struct Failures {
+    first: Option<Error>,
+}
+
+impl Failures {
+    /// Returns the result, if it is no error, which is noted.
+    fn note<T>(&mut self, result: Result<T>) -> Option<T> {
+        match result {
+            Ok(value) => return Some(value),
+            Err(error) if self.first.is_some() => say!("etendue: {error}"),
+            Err(error) => self.first = Some(error),
+        }
+        None
+    }
 }
 
 /// Checks that every step after the last sample can be done.
@@ -190,8 +227,7 @@ fn images(outputs: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
 /// Returns the files to write.
 fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
     if arguments.out.is_empty() {
-        let name = arguments.scene.file.file_stem().unwrap_or("image".as_ref());
-        vec![Path::new(name).with_extension("png")]
+        vec![named_after(&arguments.scene.file, "png")]
     } else {
         arguments.out.clone()
     }
@@ -204,7 +240,8 @@ impl Job<'_> {
         picture: LayeredImage,
         denoised: Option<&Denoised>,
         metadata: Vec<(String, MetadataValue)>,
-    ) -> Result<()> {
+        failures: &mut Failures,
+    ) {
         let layers = match denoised {
             Some(denoised) => denoised.layers(&picture, self.arguments.layers),
             None => picture.layers,
@@ -215,10 +252,12 @@ impl Job<'_> {
             layers,
         };
         let image = denoised.map_or(&picture.image, |it| &it.filtered.image);
-        images(outputs).try_for_each(|output| image::write(output, image, &options))
+        for output in images(outputs) {
+            failures.note(image::write(output, image, &options));
+        }
     }
 
-    /// Writes the contribution of each strategy as two images.
+    /// Writes the contribution of each strategy: its weighted image, and for bidirectional path tracing the unweighted one.
     fn write_strategies(&self, folder: &Path, filter: &Filter) -> Result<()> {
         make_folder(folder)?;
         let view = RenderInput {
@@ -227,13 +266,21 @@ impl Job<'_> {
             size: self.description.film.size,
         };
         let threads = Threads::new(self.settings.threads)?;
-        for pictures in strategies::strategies(&view, &threads, self.settings)? {
-            let Strategy { s, t } = pictures.strategy;
-            let options = WriteOptions::default();
+        let options = WriteOptions::default();
+        if self.settings.integrator == IntegratorKind::Path {
+            let images = path_strategies(&view, &threads, self.settings)?;
+            for (strategy, image) in PathStrategy::ALL.iter().zip(&images) {
+                let file = folder.join(format!("{}-weighted.exr", strategy.name()));
+                image::write(&file, image, &options)?;
+            }
+            return Ok(());
+        }
+        for images in strategies::strategies(&view, &threads, self.settings)? {
+            let Strategy { s, t } = images.strategy;
             let alone = folder.join(format!("s{s}-t{t}.exr"));
-            image::write(&alone, &pictures.unweighted, &options)?;
+            image::write(&alone, &images.unweighted, &options)?;
             let weighted = folder.join(format!("s{s}-t{t}-weighted.exr"));
-            image::write(&weighted, &pictures.weighted, &options)?;
+            image::write(&weighted, &images.weighted, &options)?;
         }
         Ok(())
     }

@@ -16,7 +16,7 @@ pub fn run(job: &Job<'_>, filter: &Filter, pixel: [u32; 2], sample: u64) -> Resu
     let (width, height) = job.description.film.size;
     if pixel[0] >= width || pixel[1] >= height {
         return Err(Error::usage(format!(
-            "--pixel {},{} is outside the picture of {width}x{height} pixels",
+            "--pixel {},{} is outside the image of {width}x{height} pixels",
             pixel[0], pixel[1]
         )));
     }

@@ -12,8 +12,8 @@ use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::{Progress, RenderObserver, Rendered};
 use etendue::internals::session::states::save;
 use etendue::internals::session::{Rendering, Session};
-use etendue::internals::state::{Header, State};
-use etendue::{Error, Result};
+use etendue::internals::state::{Header, State, read_header};
+use etendue::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -38,6 +38,19 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     all.try_for_each(check_creatable)
 }
 
+/// Checks that a render that begins may replace a checkpoint: one with samples may be of hours that nobody wants to lose.
+fn check_replaceable(checkpoint: &Path) -> Result<()> {
+    match read_header(checkpoint) {
+        Ok(header) if header.samples() > 0 => Err(Error::usage(format!(
+            "has {} samples per pixel already: --resume {} goes on from them; delete the file to begin anew",
+            header.samples(),
+            checkpoint.display()
+        ))
+        .in_file(checkpoint)),
+        _ => Ok(()),
+    }
+}
+
 /// Begins a render, or continues from the state that the arguments name.
 pub fn start(
     arguments: &RenderArguments,
@@ -48,6 +61,9 @@ pub fn start(
     let state = &arguments.state;
     let keeps = state.checkpoint.is_some() || arguments.out.iter().any(|path| is_state(path));
     let Some(file) = &state.resume else {
+        if let Some(checkpoint) = &state.checkpoint {
+            check_replaceable(checkpoint)?;
+        }
         let mut rendering = session.start_watched(options, watcher)?;
         if keeps {
             rendering.check_can_be_kept()?;
@@ -59,6 +75,15 @@ pub fn start(
     };
     let resumed = session.resume(options, State::read(file)?, watcher);
     let rendering = resumed.map_err(|error| error.in_file(file))?;
+    if let Some(samples) = rendering.shard()
+        && !arguments.out.iter().all(|path| is_state(path))
+    {
+        return Err(Error::usage(format!(
+            "is the state of the shard of samples {}..{}, which is written to a state file, such as -o part.etd: `etendue merge` makes the image",
+            samples.start, samples.end
+        ))
+        .in_file(file));
+    }
     if let Some(shard) = state.shard {
         let wanted = shard.samples(rendering.whole_spp().unwrap_or(0))?;
         if rendering.shard().as_ref() != Some(&wanted) {
@@ -84,19 +109,22 @@ pub fn write(
     outputs: &[PathBuf],
 ) -> Result<()> {
     let checkpoint = arguments.state.checkpoint.as_deref();
-    if let Some(path) = checkpoint {
-        match rendering.save(session, path) {
-            // Markov chains that were cut do not replace the last whole checkpoint.
-            Err(error) if rendering.rendered().cancelled => eprintln!("note: {error}"),
-            other => other?,
+    let is_cancelled = rendering.rendered().cancelled;
+    let save = |path: &Path| match rendering.save(session, path) {
+        // Markov chains that were cut do not replace the last whole state.
+        Err(error) if is_cancelled && error.kind() == ErrorKind::Usage => {
+            say!("note: {error}");
+            Ok(())
         }
-    }
+        other => other,
+    };
+    let kept = checkpoint.map_or(Ok(()), save);
     // An interrupted render goes on from its checkpoint: its outputs would look like those of a whole one.
-    if checkpoint.is_some() && rendering.rendered().cancelled {
-        return Ok(());
+    if checkpoint.is_some() && is_cancelled {
+        return kept;
     }
-    let mut states = outputs.iter().filter(|path| is_state(path));
-    states.try_for_each(|path| rendering.save(session, path))
+    let states = outputs.iter().filter(|path| is_state(path));
+    states.fold(kept, |so_far, path| so_far.and(save(path)))
 }
 
 /// Shows progress, forwards Ctrl-C, and writes checkpoints.
@@ -157,7 +185,7 @@ impl RenderObserver for Checkpointer<'_> {
         {
             // The checkpoint before is still there, and the disk may have room again for the next one.
             self.watcher
-                .note(&format!("warning: no checkpoint: {error}"));
+                .warn(&format!("warning: no checkpoint: {error}"));
         }
     }
 }

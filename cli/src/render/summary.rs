@@ -8,7 +8,7 @@ use super::job::Job;
 use super::stats::{self, ErrorStats, ImageStats, Memory, PriceStats, Stats, TargetStats, Times};
 use crate::denoise::Denoised;
 use crate::durations::format_duration;
-use crate::output::format_percent;
+use crate::output::{format_confidence, format_percent};
 use crate::{Outcome, print};
 use etendue::Result;
 use etendue::internals::accel::{Backend, Precision};
@@ -50,23 +50,26 @@ impl Job<'_> {
         }
         let rejected = rendered.rejected;
         if rejected.count > 0 {
-            eprintln!("{}", self.describe_rejected(&rejected));
+            say!("{}", self.describe_rejected(&rejected));
         }
         if !self.arguments.quiet {
             if self.arguments.verbose {
-                eprintln!(
+                say!(
                     "time: load {:.3} s, build {:.3} s, render {:.3} s, write {:.3} s",
-                    times.load, times.build, times.render, times.write
+                    times.load,
+                    times.build,
+                    times.render,
+                    times.write
                 );
             }
             if self.settings.integrator == IntegratorKind::Metropolis {
                 warn_of_disagreement(rendered);
             }
-            eprintln!("{}", last_line(outputs, rendered, &stats, denoised));
+            say!("{}", last_line(outputs, rendered, &stats, denoised));
         }
         Ok(if rendered.cancelled {
             Outcome::Interrupted
-        } else if rejected.count as f64 > NON_FINITE_LIMIT * stats.samples as f64 {
+        } else if are_too_many(rejected.count, stats.samples) {
             Outcome::TooManyNonFinite
         } else if self.settings.budget.error.is_some() && !rendered.reached {
             Outcome::ErrorNotReached
@@ -217,6 +220,19 @@ impl Job<'_> {
     }
 }
 
+/// Whether so many samples are not finite that the command fails.
+pub fn are_too_many(rejected: u64, samples: u64) -> bool {
+    rejected as f64 > NON_FINITE_LIMIT * samples as f64
+}
+
+/// Describes the bias of an image at the end of the last line.
+pub fn biased_by(bias: &[String]) -> String {
+    match bias {
+        [] => String::new(),
+        _ => format!(", biased by {}", bias.join("; ")),
+    }
+}
+
 /// Quotes a text as one word of a shell command.
 fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./+,:@=".contains(c);
@@ -248,12 +264,8 @@ fn last_line(
         .as_ref()
         .map_or("error unknown".to_owned(), describe_error);
     let price = stats.price.as_ref().map_or(String::new(), describe_price);
-    let filtered = denoised.map_or(String::new(), |it| format!(", {}", it.says()));
-    let bias = if stats.bias.is_empty() {
-        String::new()
-    } else {
-        format!(", biased by {}", stats.bias.join("; "))
-    };
+    let filtered = denoised.map_or(String::new(), |it| format!(", {}", it.description()));
+    let bias = biased_by(&stats.bias);
     let missed = match &stats.target {
         Some(target) if !target.reached => format!(
             "the requested error {} was not reached; ",
@@ -297,10 +309,10 @@ fn describe_price(price: &PriceStats) -> String {
 fn describe_error(error: &ErrorStats) -> String {
     match (error.rel_rmse_upper, &error.doubt) {
         (Some(bound), _) => format!(
-            "error {} (below {} at {:.0} % confidence)",
+            "error {} (below {} at {} confidence)",
             format_percent(error.rel_rmse),
             format_percent(bound),
-            100.0 * error.confidence
+            format_confidence(error.confidence)
         ),
         (None, Some(doubt)) => format!(
             "error at least {} ({})",
@@ -317,7 +329,7 @@ fn warn_of_disagreement(rendered: &Rendered) {
     const MANY: f64 = 0.05;
     let share = rendered.film.disagreement();
     if share > MANY {
-        eprintln!(
+        say!(
             "warning: the Markov chains disagree: in {} of the image their means, and so the brightness, are uncertain by more than 20 %; render longer",
             format_percent(share)
         );

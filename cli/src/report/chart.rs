@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn lengths_are_shares_of_the_longest() {
+    fn bar_widths_are_relative_to_the_longest() {
         let html = chart(vec![bar(2.0, Some([1.0, 4.0])), bar(3.0, None)]);
         for expected in [
             "width:50.00%",
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn one_late_run_does_not_flatten_the_chart() {
+    fn extreme_range_does_not_flatten_the_bars() {
         let html = chart(vec![bar(1.0, Some([1.0, 1000.0]))]);
         assert!(
             html.contains("width:50.00%") && html.contains("left:50.00%;width:50.00%"),
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_length_has_none() {
+    fn non_positive_and_non_finite_bars_have_zero_width() {
         for odd in [0.0, -1.0, f64::NAN, f64::INFINITY] {
             let html = chart(vec![bar(odd, Some([odd, odd]))]);
             assert!(
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_make_a_whole() {
+    fn stacked_part_widths_are_shares_of_the_total() {
         let parts = [1.0, 3.0].map(|value| Part {
             label: "it".to_owned(),
             value,

@@ -67,7 +67,7 @@ mod tests {
     use etendue::internals::image::{ColourSpace, png_bytes};
 
     #[test]
-    fn too_bright_is_red_too_dark_is_blue_and_right_is_grey() {
+    fn signed_map_is_red_above_blue_below_and_grey_at_zero() {
         let [dark, right, bright] = [-0.7, 0.0, 0.7].map(|value| signed(value).to_array());
         assert!(dark[2] > 2.0 * dark[0], "{dark:?}");
         assert!(bright[0] > 2.0 * bright[2], "{bright:?}");
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_more_is_brighter() {
+    fn sequential_map_luminance_is_increasing() {
         let steps = (0..=20).map(|i| sequential(f64::from(i) / 20.0).luminance());
         let steps: Vec<f32> = steps.collect();
         assert!(steps.windows(2).all(|pair| pair[0] < pair[1]), "{steps:?}");
@@ -86,10 +86,10 @@ mod tests {
     }
 
     #[test]
-    fn a_png_has_the_codes_of_the_palette() {
+    fn png_contains_the_exact_palette_codes() {
         let picture = map(&[-2.0, 0.0, 1.0, 2.0], (4, 1), 2.0, signed);
         let read = Image::decode(&png_bytes(&picture, 0.0), ColourSpace::Linear);
-        let read = read.expect("a picture");
+        let read = read.expect("an image");
         for (pixel, value) in read.pixels().iter().zip([-1.0, 0.0, 0.5, 1.0]) {
             let Color { r, g, b } = RED_BLUE.eval_continuous(0.5 - 0.5 * value);
             let codes = pixel
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scale_is_that_of_nearly_all() {
+    fn robust_scale_is_the_99th_percentile() {
         let mut numbers: Vec<f64> = (0..=1000).map(|i| f64::from(i) / 1000.0).collect();
         assert_eq!(robust_scale(&numbers), 0.99);
         numbers[1000] = f64::INFINITY;

@@ -34,13 +34,13 @@ pub fn styled_page(title: &str, style: &str, body: &Markup) -> String {
     markup.into_string()
 }
 
-/// Embeds an image with its name and its caption; it belongs in a `div.pictures`.
-pub fn picture(name: &str, says: &str, image: &Image) -> Markup {
+/// Embeds an image with its name and its caption; it belongs in a `div.figures`.
+pub fn figure(name: &str, caption: &str, image: &Image) -> Markup {
     let png = STANDARD.encode(png_bytes(image, 0.0));
     html! {
-        figure.picture {
+        figure.figure {
             img alt=(name) width=(image.width()) height=(image.height()) src={ "data:image/png;base64," (png) };
-            figcaption { strong { (prose(name)) } br; (prose(says)) }
+            figcaption { strong { (prose(name)) } br; (prose(caption)) }
         }
     }
 }
@@ -60,7 +60,7 @@ h1 { font-size: 1.8rem; line-height: 1.2; } h2 { font-size: 1.4rem; margin-top: 
   border-top: 1px solid var(--line); padding-top: 1rem; } h3 { font-size: 1.1rem; margin: 1.6rem 0 .3rem; }
 h1, h2, h3 { break-after: avoid; } p { margin: .4rem 0; } section { break-inside: auto; }
 .headline { font-size: 1.25rem; font-weight: 600; margin: .3rem 0; padding: 0; list-style: none; }
-.says { color: var(--faint); max-width: 48rem; }
+.caption { color: var(--faint); max-width: 48rem; }
 .warning { border-left: 4px solid var(--hue-1); padding-left: .75rem; }
 nav a { margin-right: 1rem; } a { color: var(--hue-0); }
 code { font: .9em ui-monospace, monospace; overflow-wrap: anywhere; }
@@ -69,9 +69,9 @@ table { border-collapse: collapse; font-size: .9rem; }
 th, td { padding: .2rem .75rem .2rem 0; border-bottom: 1px solid var(--line); text-align: left; vertical-align: top; }
 th { color: var(--faint); font-weight: 600; white-space: nowrap; }
 .number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
-.pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 14rem), 1fr)); gap: 1rem; margin: .8rem 0; }
-.picture { margin: 0; break-inside: avoid; font-size: .9rem; font-variant-numeric: tabular-nums; }
-.picture img { display: block; width: 100%; height: auto; image-rendering: pixelated; margin-bottom: .3rem; }
+.figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 14rem), 1fr)); gap: 1rem; margin: .8rem 0; }
+.figure { margin: 0; break-inside: avoid; font-size: .9rem; font-variant-numeric: tabular-nums; }
+.figure img { display: block; width: 100%; height: auto; image-rendering: pixelated; margin-bottom: .3rem; }
 tr { break-inside: avoid; } summary { cursor: pointer; color: var(--faint); }
 ";
 
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn code_stands_apart_and_nothing_is_markup() {
+    fn prose_escapes_html_and_marks_up_code() {
         assert_eq!(
             prose("a `b` <c>").into_string(),
             "a <code>b</code> &lt;c&gt;"

@@ -30,7 +30,7 @@ pub struct Table {
     /// The title.
     pub title: String,
     /// The caption: what is shown, whether lower or higher is better, and the unit.
-    pub says: String,
+    pub caption: String,
     /// The names of the columns.
     pub head: Vec<(String, Side)>,
     /// The cells, row by row.
@@ -50,7 +50,12 @@ pub fn numbers(name: impl Into<String>) -> (String, Side) {
 impl Table {
     /// Returns the table as Markdown below a heading of a given level, such as 2 for `##`.
     pub fn markdown(&self, level: usize) -> String {
-        let mut text = format!("{} {}\n\n{}\n\n", "#".repeat(level), self.title, self.says);
+        let mut text = format!(
+            "{} {}\n\n{}\n\n",
+            "#".repeat(level),
+            self.title,
+            self.caption
+        );
         if self.rows.is_empty() {
             return text;
         }
@@ -166,7 +171,7 @@ mod tests {
     fn table() -> Table {
         Table {
             title: "Speeds".to_owned(),
-            says: "Lower is better.".to_owned(),
+            caption: "Lower is better.".to_owned(),
             head: vec![words("who"), numbers("ns")],
             rows: vec![
                 vec!["a|b\nc".to_owned(), "7".to_owned()],
@@ -176,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn markdown_is_aligned_and_no_cell_breaks_it() {
+    fn markdown_columns_are_aligned_and_cells_escaped() {
         let expected = "## Speeds\n\nLower is better.\n\n\
                         | who    |   ns |\n\
                         |--------|-----:|\n\
@@ -186,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_shows_columns_and_lines_that_fit() {
+    fn grid_aligns_columns_and_text_wraps_at_width() {
         let grid = Table {
             rows: vec![
                 vec!["a".to_owned(), "7".to_owned()],
@@ -201,13 +206,13 @@ mod tests {
     }
 
     #[test]
-    fn html_holds_every_cell_as_text() {
+    fn html_table_cells_are_escaped() {
         let html = table().html().into_string();
         assert!(html.contains("<td>&lt;d&gt;</td><td class=\"number\">1234</td>"));
     }
 
     #[test]
-    fn a_table_without_rows_says_what_it_says() {
+    fn empty_table_prints_title_and_caption_only() {
         let empty = Table {
             rows: Vec::new(),
             ..table()

@@ -17,8 +17,8 @@ pub fn of_report(report: &BatteryReport, command: &str) -> String {
         h1 { "The battery of hard cases" }
         p.headline { (summary(report)) "." }
         p { code { (command) } }
-        p.says { (conditions(report)) "." }
-        p.says {
+        p.caption { (conditions(report)) "." }
+        p.caption {
             "A case passes if its mean is within 5.2 standard errors of the exact number, and its standard error is \
              below the case's limit; without a standard error every single number has to be exact up to the stated \
              rounding. A case with a larger standard error is inconclusive, which counts as a failure. Rows are those of \
@@ -27,7 +27,7 @@ pub fn of_report(report: &BatteryReport, command: &str) -> String {
         @for table in all(report) {
             section {
                 h2 { (table.title) }
-                p.says { (prose(&table.says)) }
+                p.caption { (prose(&table.caption)) }
                 (table.html())
             }
         }

@@ -75,7 +75,7 @@ fn peers(report: &BatteryReport) -> Table {
     let rows = cases.filter_map(|case| case.peers.map(|peers| row(case, peers)));
     Table {
         title: "Comparison with other renderers".to_owned(),
-        says: "A light of 2 x 2 and radiance 1 over a floor of 2 x 2 and albedo 1/2, unless the case says otherwise: \
+        caption: "A light of 2 x 2 and radiance 1 over a floor of 2 x 2 and albedo 1/2, unless the case says otherwise: \
                the radiance at the centre of the floor under direct light. `ok` is correct within the noise, `-` was \
                not run."
             .to_owned(),
@@ -115,7 +115,7 @@ fn cases_table(subject: &Subject, cases: &[&CaseReport]) -> Table {
     };
     Table {
         title: subject.name.to_owned(),
-        says: subject.says.to_owned(),
+        caption: subject.caption.to_owned(),
         head: vec![
             numbers("row"),
             words("case"),
@@ -135,7 +135,7 @@ fn left_out(report: &BatteryReport) -> Table {
     let rows = report.left_out.iter();
     Table {
         title: "Left out".to_owned(),
-        says:
+        caption:
             "Cases that this backend is known to fail, and the reason. They run if their row is named."
                 .to_owned(),
         head: vec![numbers("row"), words("case"), words("why")],
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_the_digits_that_count() {
+    fn numbers_are_formatted_to_significant_digits() {
         for (x, text) in [
             (0.0, "0"),
             (2.0, "2"),

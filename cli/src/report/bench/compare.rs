@@ -186,7 +186,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_fastest_way_of_each_backend_is_held_against_the_reference() {
+    fn fastest_variant_per_backend_is_relative_to_reference() {
         let report = report();
         let fastest = fastest(&report.scenes[0]);
         let found: Vec<_> = fastest
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn packets_are_left_out_of_the_comparison_without_them() {
+    fn fastest_variants_are_compared_with_and_without_packets() {
         let mut report = report();
         let mut packets = trace(RayKind::Camera, Backend::ALL[0], 20.0);
         packets.variant.packets.width = PacketWidth::Eight;
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn twice_as_slow_here_and_twice_as_fast_there_is_a_draw() {
+    fn overall_speed_is_the_geometric_mean_of_ratios() {
         let mut report = report();
         for mean in means(&report.scenes[0]).iter().chain(&overall(&report)) {
             assert!(
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_time_that_the_clock_did_not_see_compares_to_nothing() {
+    fn zero_times_give_no_comparison() {
         let mut report = report();
         report.scenes[0].traces = vec![
             trace(RayKind::Camera, Backend::ALL[0], 0.0),

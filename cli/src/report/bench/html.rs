@@ -29,7 +29,7 @@ pub fn of_report(report: &BenchReport, command: &str) -> String {
             p.warning { "This bench was interrupted: what was not measured is left out." }
         }
         @if !summary.rows.is_empty() {
-            p.says { (prose(&summary.says)) }
+            p.caption { (prose(&summary.caption)) }
             (summary_chart(report))
             (folded(&summary))
         }
@@ -42,7 +42,7 @@ pub fn of_report(report: &BenchReport, command: &str) -> String {
         }
         @for (index, scene) in report.scenes.iter().enumerate() { (of_scene(report, scene, index)) }
         @if !leaks.rows.is_empty() {
-            section id="leaks" { h2 { (leaks.title) } p.says { (prose(&leaks.says)) } (leaks.html()) }
+            section id="leaks" { h2 { (leaks.title) } p.caption { (prose(&leaks.caption)) } (leaks.html()) }
         }
     };
     page("etendue bench", &body)
@@ -125,7 +125,7 @@ fn how_to_read(report: &BenchReport, command: &str) -> Markup {
                  minimum to the maximum. Shorter bars are better throughout." }
             (chart::bars(&[example]))
             p { "Measured by " code { (command) } "." }
-            p.says { (prose(&machine.says)) }
+            p.caption { (prose(&machine.caption)) }
             (machine.html())
         }
     }
@@ -136,7 +136,7 @@ fn of_scene(report: &BenchReport, scene: &SceneReport, index: usize) -> Markup {
     html! {
         section id={ "scene-" (index) } {
             h2 { (head.title) }
-            p.says { (prose(&head.says)) }
+            p.caption { (prose(&head.caption)) }
             @if !head.rows.is_empty() { (folded(&head)) }
             (charted(&scene_tables::rays(report, scene), &chart::bars(&rays(scene))))
             (charted(&scene_tables::builds(report, scene), &chart::bars(&builds(scene))))
@@ -155,7 +155,7 @@ fn charted(table: &Table, chart: &Markup) -> Markup {
     html! {
         @if !table.rows.is_empty() {
             h3 { (table.title) }
-            p.says { (prose(&table.says)) }
+            p.caption { (prose(&table.caption)) }
             (chart)
             (folded(table))
         }
@@ -170,7 +170,7 @@ fn plain(table: &Table) -> Markup {
     html! {
         @if !table.rows.is_empty() {
             h3 { (table.title) }
-            p.says { (prose(&table.says)) }
+            p.caption { (prose(&table.caption)) }
             (table.html())
         }
     }
@@ -298,7 +298,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_page_says_who_is_faster_and_needs_nothing_else() {
+    fn page_names_the_faster_backend_and_is_self_contained() {
         let mut report = report();
         let text = of_report(&report, "etendue bench box");
         let [first, second] = [Backend::ALL[0].name(), Backend::ALL[1].name()];
@@ -324,7 +324,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bench_that_has_just_begun_has_a_page() {
+    fn incomplete_and_empty_reports_have_a_page() {
         let mut report = report();
         report.scenes[0].traces.clear();
         report.scenes[0].overhead = None;
@@ -333,13 +333,13 @@ mod tests {
     }
 
     #[test]
-    fn the_winner_is_named_first() {
+    fn comparison_names_the_faster_one_first() {
         assert_eq!(comparison("b", 2.0, "a"), "a is 2.00 times as fast as b");
         assert_eq!(comparison("b", 0.5, "a"), "b is 2.00 times as fast as a");
     }
 
     #[test]
-    fn the_floor_and_what_is_beyond_it_make_the_time_of_tracing() {
+    fn overhead_parts_split_tracing_into_floor_and_rest() {
         let overhead = report().scenes[0].overhead.clone().expect("it has one");
         let values: Vec<f64> = parts(&overhead).iter().map(|part| part.value).collect();
         assert_eq!(values, [150.0, 100.0, 250.0]);

@@ -72,7 +72,7 @@ mod tests {
     use serde_json::Value;
 
     #[test]
-    fn the_report_and_what_follows_from_it_are_one_object() {
+    fn json_contains_report_and_derived_values() {
         let text = super::of_report(&report(), "etendue bench box");
         let json: Value = serde_json::from_str(&text).expect("it is JSON");
         assert_eq!(

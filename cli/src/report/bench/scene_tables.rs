@@ -28,16 +28,16 @@ pub fn scene(scene: &SceneReport) -> Table {
             count(rays.recorded as u64),
         ]
     });
-    let mut says = match scene.description.as_str() {
+    let mut caption = match scene.description.as_str() {
         "" => String::new(),
         text => format!("{} ", sentence(text)),
     };
-    says += &of_things(scene.primitives, "primitive", "primitives");
-    says += ". The table has the mean number of rays per sample of its render, by kind, and how many of them were \
+    caption += &of_things(scene.primitives, "primitive", "primitives");
+    caption += ". The table has the mean number of rays per sample of its render, by kind, and how many of them were \
              recorded and traced again.";
     Table {
         title: scene.name.clone(),
-        says,
+        caption,
         head: vec![words("rays"), numbers("per sample"), numbers("recorded")],
         rows: rows.collect(),
     }
@@ -63,7 +63,7 @@ pub fn builds(report: &BenchReport, scene: &SceneReport) -> Table {
     });
     Table {
         title: "Building".to_owned(),
-        says: format!(
+        caption: format!(
             "Milliseconds to build each structure, and its size: lower is better. Times are the {}; a dash means that \
              the library does not report it. obvhs builds the same structure for both precisions, which is listed \
              once.",
@@ -95,7 +95,7 @@ pub fn rays(report: &BenchReport, scene: &SceneReport) -> Table {
     });
     Table {
         title: "Tracing".to_owned(),
-        says: format!(
+        caption: format!(
             "Nanoseconds per ray on one core, each backend in its fastest configuration for this kind of rays: lower is \
              better. They are the {}. `Mrays/s` is millions of rays per second and core (higher is better), `ratio` the \
              time over that of {reference} in its fastest configuration.",
@@ -136,7 +136,7 @@ pub fn obvhs_itself(report: &BenchReport, scene: &SceneReport) -> Table {
     });
     Table {
         title: "obvhs itself".to_owned(),
-        says: format!(
+        caption: format!(
             "Nanoseconds per ray on one core by obvhs's own traversal and triangle test over its own trees, as its users \
              call it, with triangles whole or split by its builder: lower is better. They are the {}. `ours` is the \
              traversal of Etendue over the same layout in fast precision, which unlike that of obvhs bounds rounding \
@@ -183,7 +183,7 @@ pub fn variants(report: &BenchReport, scene: &SceneReport) -> Table {
     let names = kinds.iter().map(|kind| numbers(kind.name()));
     Table {
         title: format!("All configurations of {name}"),
-        says: format!(
+        caption: format!(
             "Nanoseconds per ray on one core, by precision, quality of the structure and packets (their width, and \
              whether they are marked as coherent): lower is better. They are medians of {} interleaved runs; \
              `spread` is the largest distance from minimum to maximum in the row, over the median.",
@@ -232,20 +232,20 @@ pub fn agreement(scene: &SceneReport) -> Table {
             .chain([verdict(agreement).to_owned()])
             .collect()
     });
-    let mut says = "Hits of each structure compared with those of another, ray by ray. `ties` hit another primitive at \
+    let mut caption = "Hits of each structure compared with those of another, ray by ray. `ties` hit another primitive at \
                     the same distance, `edges` passed within rounding of an edge or of an end of the ray: rounding \
                     explains both. `real` counts the differences that rounding does not explain, and has to be 0."
         .to_owned();
     for agreement in &scene.agreement {
         if let Some(first) = &agreement.first_real {
             let (one, other) = (agreement.target.name(), agreement.reference.name());
-            says += &format!(" The first of {one} against {other}: {}", sentence(first));
+            caption += &format!(" The first of {one} against {other}: {}", sentence(first));
         }
     }
     let counts = ["rays", "identical", "ties", "edges", "real"].map(numbers);
     Table {
         title: "Agreement".to_owned(),
-        says,
+        caption,
         head: [words("structure"), words("against")]
             .into_iter()
             .chain(counts)
@@ -279,11 +279,12 @@ pub fn overhead(report: &BenchReport, overhead: &OverheadReport) -> Table {
     ];
     Table {
         title: "Render by Etendue".to_owned(),
-        says: format!(
+        caption: format!(
             "The render takes {} times as long as its floor (lower is better; 1 cannot be beaten): {} ns per sample on \
-             one core over {} ns, the time of its rays alone, each kind in the fastest configuration of {}. Numbers are \
-             the {}, with {} spp and `{}`. {} are {} times as fast as one. Before the first sample: {} ms of loading, {} \
-             ms of building. The table breaks down the time of a sample, in nanoseconds on one core.",
+             one core over {} ns, the time of its rays alone, each kind in the fastest configuration of {}. Pixels share \
+             no paths, and there are no light paths. Numbers are the {}, with {} spp and `{}`. {} are {} times as fast \
+             as one. Before the first sample: {} ms of loading, {} ms of building. The table breaks down the time of a \
+             sample, in nanoseconds on one core.",
             spread(&overhead.factor, 1.0),
             spread(&overhead.sample, 1.0),
             digits(overhead.floor),
@@ -337,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn every_table_has_as_many_cells_as_columns() {
+    fn table_rows_have_as_many_cells_as_columns() {
         let report = report();
         let mut tables = measured(&report, &report.scenes[0]);
         assert_eq!(tables.len(), 6);
@@ -352,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_those_of_the_report() {
+    fn table_numbers_match_the_report() {
         let report = report();
         let scene = &report.scenes[0];
         let [first, second] = [Backend::ALL[0].name(), Backend::ALL[1].name()];
@@ -373,9 +374,9 @@ mod tests {
         let overhead = overhead(&report, scene.overhead.as_ref().expect("it has one"));
         assert_eq!(row(&overhead, &whole[..1]), whole);
         assert!(
-            overhead.says.contains("takes 4.00 (3.60 to 4.40) times"),
+            overhead.caption.contains("takes 4.00 (3.60 to 4.40) times"),
             "{}",
-            overhead.says
+            overhead.caption
         );
         let agreement = agreement(scene);
         assert_eq!(
@@ -383,9 +384,9 @@ mod tests {
             ["1 000", "990", "6", "3", "1", "DIFFER"]
         );
         assert!(
-            agreement.says.contains("origin 0 0 0"),
+            agreement.caption.contains("origin 0 0 0"),
             "{}",
-            agreement.says
+            agreement.caption
         );
     }
 }

@@ -26,7 +26,7 @@ pub fn machine(report: &BenchReport) -> Table {
     ]);
     Table {
         title: "The machine".to_owned(),
-        says: "The machine of all measurements. Times of another machine differ, and so may their ratios."
+        caption: "The machine of all measurements. Times of another machine differ, and so may their ratios."
             .to_owned(),
         head: vec![words("what"), words("which")],
         rows,
@@ -74,7 +74,7 @@ pub fn summary(report: &BenchReport) -> Table {
     let names = contenders.iter().map(|contender| numbers(contender.name()));
     Table {
         title: "Summary".to_owned(),
-        says: format!(
+        caption: format!(
             "Time of each backend over that of {reference} for the same rays, each in its fastest configuration: the \
              geometric mean over the kinds of rays of a scene. Lower is better; {reference} is 1.00."
         ),
@@ -109,7 +109,7 @@ pub fn leaks(report: &BenchReport) -> Table {
     let names = aims.iter().map(|aim| numbers(format!("aim: {aim}")));
     Table {
         title: "Leaks".to_owned(),
-        says: "Segments from the inside of closed meshes to the outside that hit nothing, per million (and their \
+        caption: "Segments from the inside of closed meshes to the outside that hit nothing, per million (and their \
                number), by what they were aimed at: lower is better, and the exact number is 0. All meshes are taken \
                together; bench.json has each of them."
             .to_owned(),
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tables_of_all_scenes_have_as_many_cells_as_columns() {
+    fn table_rows_have_as_many_cells_as_columns() {
         let report = report();
         for table in [machine(&report), summary(&report), leaks(&report)] {
             assert!(!table.rows.is_empty(), "{}", table.title);
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn the_document_names_its_command_and_ends_with_the_summary() {
+    fn markdown_names_its_command_and_ends_with_the_summary() {
         let mut report = report();
         let text = markdown(&report, "etendue bench box");
         assert!(

@@ -2,7 +2,7 @@
 //!
 //! Measure: as in `study/comparison.rs`.
 //! Range: any comparison; non-finite numbers are `null` in JSON.
-//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `cli/tests/command/compare.rs`.
+//! Source: docs/accuracy.md, "Comparing two images". Tested in `cli/tests/command/compare.rs`.
 
 use crate::args::{CompareArguments, Metric};
 use crate::output::format_percent;

@@ -2,7 +2,7 @@
 //!
 //! Measure: stated in the tables.
 //! Range: any report.
-//! Source: docs/accuracy.md, "Comparing two pictures". Tested in `cli/tests/command/compare.rs`.
+//! Source: docs/accuracy.md, "Comparing two images". Tested in `cli/tests/command/compare.rs`.
 
 use super::json::Report;
 use crate::output::format_percent;
@@ -68,7 +68,7 @@ fn whole(report: &Report) -> Table {
     }
     Table {
         title: format!("{} against {}", report.image, report.reference),
-        says: format!(
+        caption: format!(
             "{} x {} pixels. Lower is better.",
             report.width, report.height
         ),
@@ -94,7 +94,7 @@ fn channels(report: &Report) -> Table {
     }
     Table {
         title: "Means".to_owned(),
-        says: bias.map_or_else(without_test, describe_bias),
+        caption: bias.map_or_else(without_test, describe_bias),
         head,
         rows: rows.collect(),
     }
@@ -159,7 +159,7 @@ fn worst_tiles(report: &Report) -> Table {
     let even = 1.0 / report.metrics.tiles.len() as f64;
     Table {
         title: "Worst tiles".to_owned(),
-        says: format!(
+        caption: format!(
             "By their share of relMSE, of {} tiles; the mean share is {}.",
             report.metrics.tiles.len(),
             format_percent(even)

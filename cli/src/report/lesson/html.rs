@@ -9,7 +9,7 @@ use super::{Done, command};
 use crate::report::page::{self, styled_page};
 use crate::report::plot;
 use crate::report::prose::prose;
-use etendue_lab::lesson::page::{Finding, Formula, Page, Picture};
+use etendue_lab::lesson::page::{Figure, Finding, Formula, Page};
 use etendue_lab::lesson::topic::Topic;
 use maud::{Markup, PreEscaped, html};
 use pulldown_latex::config::{DisplayMode, RenderConfig};
@@ -53,7 +53,7 @@ pub fn index(done: &[Done], topics: &[Topic], seed: u64) -> String {
             @for topic in topics {
                 li {
                     @if is_done(topic) { a href=(link(topic)) { (topic.title) } } @else { (topic.title) }
-                    p.says { (prose(topic.summary)) }
+                    p.caption { (prose(topic.summary)) }
                 }
             }
         }
@@ -86,7 +86,7 @@ fn way(topic: &Topic, all: &[Topic]) -> Markup {
 
 fn foot(command: &str) -> Markup {
     html! {
-        p.says.foot {
+        p.caption.foot {
             "Made by " code { (command) } " with etendue " (env!("CARGO_PKG_VERSION")) ". The same \
                                                                                         seed gives \
                                                                                         the same \
@@ -105,7 +105,7 @@ fn set(formula: &Formula) -> Markup {
     html! {
         div.formula {
             div.math { (PreEscaped(mathml(&formula.latex))) }
-            p.says { (prose(&formula.says)) }
+            p.caption { (prose(&formula.caption)) }
         }
     }
 }
@@ -131,24 +131,24 @@ fn found(finding: &Finding) -> Markup {
             techniques,
         } => tabled(&technique_table(reading, techniques)),
         Finding::Plots { plots } => plot::figures(plots),
-        Finding::Pictures {
+        Finding::Figures {
             title,
             reading,
-            pictures,
+            figures,
         } => html! {
             h3 { (title) }
-            p.says { (prose(reading)) }
-            div.pictures { @for picture in pictures { (shown(picture)) } }
+            p.caption { (prose(reading)) }
+            div.figures { @for figure in figures { (shown(figure)) } }
         },
     }
 }
 
 fn tabled(table: &crate::report::table::Table) -> Markup {
-    html! { h3 { (table.title) } p.says { (prose(&table.says)) } (table.html()) }
+    html! { h3 { (table.title) } p.caption { (prose(&table.caption)) } (table.html()) }
 }
 
-fn shown(picture: &Picture) -> Markup {
-    page::picture(&picture.name, &picture.says, &picture.image)
+fn shown(figure: &Figure) -> Markup {
+    page::figure(&figure.name, &figure.caption, &figure.image)
 }
 
 /// The additional styles of lessons.

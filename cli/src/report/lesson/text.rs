@@ -32,7 +32,7 @@ pub fn of_page(topic: &Topic, page: &Page) -> String {
             reading,
             techniques,
         } => technique_table(reading, techniques).markdown(2),
-        Finding::Plots { .. } | Finding::Pictures { .. } => String::new(),
+        Finding::Plots { .. } | Finding::Figures { .. } => String::new(),
     });
     let findings: String = findings.collect();
     format!("# {}\n\n{}\n\n{findings}", topic.title, page.claim)

@@ -75,7 +75,7 @@ pub fn number_table(reading: &str, all: &[Number]) -> Table {
     };
     Table {
         title: "The numbers".to_owned(),
-        says: reading.to_owned(),
+        caption: reading.to_owned(),
         head: vec![
             words("what"),
             numbers("exact"),
@@ -118,7 +118,7 @@ pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
     head.extend(["cost T", "efficiency 1/(V·T)", "× first", "estimate"].map(numbers));
     Table {
         title: "The techniques".to_owned(),
-        says: reading.to_owned(),
+        caption: reading.to_owned(),
         head,
         rows: all.iter().map(row).collect(),
     }
@@ -150,7 +150,7 @@ mod tests {
     use etendue::internals::math::stats::Moments;
 
     #[test]
-    fn rows_are_as_long_as_the_head() {
+    fn technique_table_rows_match_the_header_length() {
         let technique = Technique::new("it", &Moments::of([1.0, 2.0]), 1e-9);
         for technique in [technique.clone(), technique.exactly(0.5)] {
             let table = technique_table("", &[technique]);
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_have_as_many_digits_as_they_bear() {
+    fn numbers_are_formatted_to_significant_digits() {
         assert_eq!(significant(35.0 / 12.0, 7), "2.916667");
         assert_eq!(significant(3.5, 7), "3.5");
         assert_eq!(significant(-1.5e-7, 3), "−1.5·10⁻⁷");

@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn no_label_covers_another() {
+    fn labels_do_not_overlap() {
         let areas = labels(&[[0.5, 0.5]; 6]);
         assert_eq!(areas.len(), 4);
         for (index, a) in areas.iter().enumerate() {
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_stay_inside() {
+    fn labels_stay_inside_the_frame() {
         let corners = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
         let areas = labels(&corners);
         assert_eq!(areas.len(), 4);

@@ -43,7 +43,7 @@ pub fn figure(plot: &Plot) -> Markup {
             figcaption { strong { (prose(&plot.title)) } }
             ul.keys { @for series in named { li { (key(series)) (series.name) } } }
             (svg(plot))
-            p.says { (prose(&plot.reading)) }
+            p.caption { (prose(&plot.reading)) }
         }
     }
 }
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn points_stand_where_the_axes_say() {
+    fn points_map_to_axis_coordinates() {
         let html = figure(&plot(
             Mark::Line,
             vec![[0.0, 1.0], [0.5, 10.0], [1.0, 100.0]],
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_place_leaves_a_gap() {
+    fn undrawable_points_leave_a_gap_in_the_line() {
         let points = vec![[0.0, 1.0], [0.25, 0.0], [0.5, f64::NAN], [1.0, 100.0]];
         for mark in [Mark::Line, Mark::Marks, Mark::Guide, Mark::Dots, Mark::Bars] {
             let html = figure(&plot(mark, points.clone())).into_string();
@@ -277,13 +277,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_outside_stays_outside() {
+    fn points_outside_the_axes_are_not_clamped() {
         let html = figure(&plot(Mark::Line, vec![[0.5, 1.0], [2.0, 100.0]]));
         assert!(html.into_string().contains("d=\"M150 300L600 0\""));
     }
 
     #[test]
-    fn a_ribbon_goes_there_and_back() {
+    fn ribbon_is_drawn_as_a_closed_path() {
         let mut plot = plot(Mark::Guide, vec![]);
         plot.series[0].ribbon = vec![[0.0, 1.0, 10.0], [1.0, 10.0, 100.0]];
         let html = figure(&plot).into_string();

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_are_round_and_few() {
+    fn axis_tick_labels_are_round_and_few() {
         let even = |start, end| labels(&Axis::linear("x").over(start, end), &[]);
         assert_eq!(even(0.0, 1.0), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(even(-1.0, 1.0), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_runs_over_what_can_be_drawn() {
+    fn axis_range_ignores_undrawable_values() {
         let odd = [f64::NAN, f64::INFINITY, -1.0, 0.0, 1.0, 100.0];
         let ruler = Ruler::new(&Axis::log("x"), false, odd.into_iter());
         assert_eq!(ruler.place(0.0), None);

@@ -13,7 +13,7 @@ use etendue_lab::price::cheaper::Cheaper;
 use etendue_lab::price::report::PriceReport;
 use etendue_lab::study::answer::Answer;
 use etendue_lab::study::bootstrap::Ranged;
-use etendue_lab::study::culprits::Named;
+use etendue_lab::study::error_sources::Named;
 
 /// The width of a line.
 const WIDTH: usize = 80;
@@ -106,10 +106,10 @@ fn row(row: &Row) -> Vec<String> {
 
 /// Returns the table of the sources of the error.
 fn sources(report: &PriceReport) -> String {
-    let Some(culprits) = &report.culprits else {
+    let Some(error_sources) = &report.error_sources else {
         return String::new();
     };
-    let mut paths: Vec<_> = culprits.paths.classes.iter().collect();
+    let mut paths: Vec<_> = error_sources.paths.classes.iter().collect();
     paths.sort_by(|a, b| b.variance.total_cmp(&a.variance));
     let paths = paths
         .into_iter()
@@ -122,8 +122,8 @@ fn sources(report: &PriceReport) -> String {
         })
         .collect();
     for (what, all) in [
-        ("material", &culprits.materials),
-        ("light", &culprits.lights),
+        ("material", &error_sources.materials),
+        ("light", &error_sources.lights),
     ] {
         let told = all.iter().filter(|it| it.variance >= LEAST).take(TOLD);
         rows.extend(told.map(|it: &Named| {
@@ -180,7 +180,7 @@ fn cheaper(report: &PriceReport) -> String {
     ];
     let mut text = table(head, report.cheaper.iter().map(row).collect()).grid();
     for it in &report.cheaper {
-        let facts: Vec<&str> = [&it.bias, &it.says]
+        let facts: Vec<&str> = [&it.bias, &it.note]
             .into_iter()
             .flatten()
             .map(String::as_str)
@@ -230,7 +230,7 @@ pub fn advice_on(report: &PriceReport) -> Vec<String> {
 fn table(head: Vec<(String, crate::report::table::Side)>, rows: Vec<Vec<String>>) -> Table {
     Table {
         title: String::new(),
-        says: String::new(),
+        caption: String::new(),
         head,
         rows,
     }
@@ -264,7 +264,7 @@ mod tests {
             flags: flags.to_owned(),
             gain: Some(range(gain)),
             bias: bias.map(str::to_owned),
-            says: None,
+            note: None,
         };
         let reason = "rare bright paths dominate the error, and the samples so far cannot tell how many were missed";
         let answer = |error: f64, time: Answer| Row {
@@ -293,7 +293,7 @@ mod tests {
                 answer(0.01, Answer::Law(range(1.234e9))),
                 answer(0.001, Answer::Unknown(reason.to_owned())),
             ],
-            culprits: Some(etendue_lab::study::culprits::Culprits {
+            error_sources: Some(etendue_lab::study::error_sources::ErrorSources {
                 paths: PathShares {
                     spp: 8,
                     variance: 1.0,
@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn it_fits_a_terminal_and_leaves_nothing_out() {
+    fn price_text_fits_terminal_width_and_is_complete() {
         let text = of_report(&report());
         for line in text.lines() {
             assert!(line.chars().count() <= WIDTH, "{line}");

@@ -20,7 +20,7 @@ pub fn side_by_side(findings: &Findings<'_>) -> Table {
     };
     Table {
         title: TITLE.to_owned(),
-        says: says(findings),
+        caption: caption(findings),
         head: [words("variant")].into_iter().chain(heads).collect(),
         rows: findings.summaries.iter().map(row).collect(),
     }
@@ -31,14 +31,14 @@ const TITLE: &str = "Time to an error";
 /// Returns the table with a row for each variant and error, which fits a terminal.
 pub fn one_by_one(findings: &Findings<'_>) -> Table {
     let same = |it: &Answer| it.clone();
-    long(findings, TITLE.to_owned(), says(findings), same)
+    long(findings, TITLE.to_owned(), caption(findings), same)
 }
 
 /// Returns the table for another number of threads; `None` if none was requested.
 pub fn for_threads(findings: &Findings<'_>) -> Option<Table> {
     let scaling = findings.report.scaling.as_ref()?;
     let title = format!("{TITLE} on {} threads", scaling.threads);
-    let says = format!(
+    let caption = format!(
         "Predicted for processors like this one's: from one thread to {} the time fell as if {} of it were not divided among threads; so {} threads take {} times as long as {}. That they do not wait for memory is not known.",
         scaling.measured,
         ranged(&scaling.serial, percent),
@@ -50,13 +50,13 @@ pub fn for_threads(findings: &Findings<'_>) -> Option<Table> {
         Answer::Measured(range) => Answer::Law(range),
         other => other,
     };
-    Some(long(findings, title, says, scaled))
+    Some(long(findings, title, caption, scaled))
 }
 
 fn long(
     findings: &Findings<'_>,
     title: String,
-    says: String,
+    caption: String,
     of: impl Fn(&Answer) -> Answer,
 ) -> Table {
     let rows = findings.summaries.iter().flat_map(|(_, summary)| {
@@ -84,7 +84,7 @@ fn long(
     });
     Table {
         title,
-        says,
+        caption,
         head: vec![
             words("variant"),
             numbers("error"),
@@ -99,7 +99,7 @@ fn interval(range: &Ranged) -> String {
     format!("{} to {}", seconds(range.low), seconds(range.high))
 }
 
-fn says(findings: &Findings<'_>) -> String {
+fn caption(findings: &Findings<'_>) -> String {
     let report = findings.report;
     let (width, height) = report.full_size;
     let size = match report.size == report.full_size {
@@ -109,7 +109,7 @@ fn says(findings: &Findings<'_>) -> String {
             report.size.0, report.size.1
         ),
     };
-    let mut says = format!(
+    let mut caption = format!(
         "For {width} × {height} pixels on {} threads{size}, from the first sample on, with intervals of 95 %, whose upper ends include what `render --error` takes to be sure of the error. Less is better. `≈` is beyond what was measured, by the law of the error so far; `never` is below the variant's bias.",
         report.threads
     );
@@ -121,12 +121,12 @@ fn says(findings: &Findings<'_>) -> String {
         let mut told: Vec<&String> = Vec::new();
         for (target, reason) in reasons {
             if !told.contains(&reason) {
-                says += &format!(" `{}` from {} on: {reason}.", summary.name, percent(target));
+                caption += &format!(" `{}` from {} on: {reason}.", summary.name, percent(target));
                 told.push(reason);
             }
         }
     }
-    says
+    caption
 }
 
 #[cfg(test)]
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_cell_is_empty_and_reasons_are_told() {
+    fn answer_tables_have_no_empty_cells_and_give_reasons() {
         let report = report();
         let mut found = findings(&report);
         let reason = "it is not known why".to_owned();
@@ -143,7 +143,7 @@ mod tests {
         for table in [side_by_side(&found), one_by_one(&found)] {
             assert!(
                 table
-                    .says
+                    .caption
                     .contains(&format!("`path, sobol` from 0.1 % on: {reason}."))
             );
             let cells: Vec<&String> = table.rows.iter().flat_map(|row| &row[..3]).collect();

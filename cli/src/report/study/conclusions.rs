@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_is_wrong_and_what_better_costs_is_said() {
+    fn conclusions_report_bias_time_to_error_and_disturbance() {
         let report = report();
         let text = of_findings(&findings(&report)).join("\n");
         for words in [
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn the_best_is_held_against_the_first_or_the_next() {
+    fn best_variant_is_compared_with_first_or_runner_up() {
         let mut report = report();
         // A second unbiased variant, which takes twice the time.
         let mut slow = report.variants[0].clone();

@@ -60,7 +60,7 @@ mod tests {
     use super::super::sample::report;
 
     #[test]
-    fn each_render_has_a_line_with_all_of_its_numbers() {
+    fn csv_has_one_row_per_render() {
         let report = report();
         let text = super::of_report(&report);
         let mut lines = text.lines();

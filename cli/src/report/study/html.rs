@@ -24,14 +24,14 @@ pub fn of_findings(findings: &Findings<'_>) -> String {
             p.warning { "The study was interrupted: what was not measured is left out." }
         }
         p.headline { @if let Some(first) = sentences.first() { (prose(first)) } }
-        p.says {
+        p.caption {
             "The error is the typical difference of a pixel from the exact image, relative to its brightness ("
             a href="#again" { "root of relMSE" } "). What 10, 3 and 1 % look like is shown below."
         }
         @if !findings.summaries.is_empty() { (plot::figure(&plots::price(findings))) }
         (looks::examples(findings))
         (contents())
-        section #pictures { h2 { "1. Pictures after equal times" } (looks::pictures(findings)) }
+        section #images { h2 { "1. Images after equal times" } (looks::images(findings)) }
         section #verdict {
             h2 { "2. Verdict" }
             ul.conclusions { @for sentence in sentences.iter().skip(1) { li { (prose(sentence)) } } }
@@ -49,7 +49,7 @@ pub fn of_findings(findings: &Findings<'_>) -> String {
         section #trust {
             h2 { "4. Reliability of error bars and images" }
             (plot::figures(&plots::trust(findings)))
-            @for text in reference_shares(findings) { p.says { (prose(&text)) } }
+            @for text in reference_shares(findings) { p.caption { (prose(&text)) } }
         }
         section #anatomy {
             h2 { "5. Breakdown of time and variance" }
@@ -61,7 +61,7 @@ pub fn of_findings(findings: &Findings<'_>) -> String {
         section #again {
             h2 { "7. How to reproduce it" }
             p { code { (findings.command) } }
-            p.says { "The same seed gives the same pictures; times and what follows from them differ." }
+            p.caption { "The same seed gives the same images; times and what follows from them differ." }
             (tabled(&tables::environment(findings)))
             (tabled(&tables::warnings(findings)))
         }
@@ -71,7 +71,7 @@ pub fn of_findings(findings: &Findings<'_>) -> String {
 
 fn contents() -> Markup {
     let parts = [
-        ("pictures", "Pictures"),
+        ("images", "Images"),
         ("verdict", "Verdict"),
         ("errors", "Error against samples"),
         ("trust", "Reliability"),
@@ -84,7 +84,7 @@ fn contents() -> Markup {
 
 fn tabled(table: &Table) -> Markup {
     html! {
-        @if !table.rows.is_empty() { h3 { (table.title) } p.says { (prose(&table.says)) } (table.html()) }
+        @if !table.rows.is_empty() { h3 { (table.title) } p.caption { (prose(&table.caption)) } (table.html()) }
     }
 }
 
@@ -138,7 +138,7 @@ fn path_charts(findings: &Findings<'_>) -> Markup {
     html! {
         @if !groups.is_empty() {
             h3 { (table.title) }
-            p.says { (prose(&table.says)) }
+            p.caption { (prose(&table.caption)) }
             (chart::bars(&groups))
         }
     }
@@ -148,7 +148,7 @@ fn path_charts(findings: &Findings<'_>) -> Markup {
 const STYLE: &str = "
 .conclusions { padding-left: 1.2rem; } .conclusions li { margin: .3rem 0; }
 .crops { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 9rem), 15rem)); gap: 1rem; margin: .8rem 0; }
-@media (max-width: 40rem) { .crops { grid-template-columns: repeat(3, 1fr); gap: .4rem; } .picture { font-size: .8rem; } }
+@media (max-width: 40rem) { .crops { grid-template-columns: repeat(3, 1fr); gap: .4rem; } .figure { font-size: .8rem; } }
 .pairs { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(100%, 26rem), 1fr)); gap: 1rem 2rem; margin: .8rem 0; }
 .pair { display: grid; grid-template-columns: 1fr 1fr; gap: .6rem; break-inside: avoid; }
 td:first-child { min-width: 6.5rem; }

@@ -7,9 +7,9 @@
 use super::Findings;
 use super::wording::{percent, round_up, samples, seconds};
 use crate::report::false_colour::{map, sequential, signed};
-use crate::report::page::picture;
+use crate::report::page::figure;
 use etendue::internals::image::Image;
-use etendue_lab::study::pictures::Shown;
+use etendue_lab::study::shown_images::Shown;
 use maud::{Markup, html};
 
 /// The largest sides of a crop, in pixels: so that single pixels can be seen.
@@ -17,7 +17,7 @@ const CROP: (u32, u32) = (120, 90);
 
 /// Builds the row of crops of images with different errors.
 pub fn examples(findings: &Findings<'_>) -> Markup {
-    let all = &findings.report.pictures;
+    let all = &findings.report.images;
     let size = (findings.report.size, findings.report.full_size);
     html! {
         @if !all.examples.is_empty() {
@@ -25,15 +25,15 @@ pub fn examples(findings: &Findings<'_>) -> Markup {
             div.crops {
                 @for shown in &all.examples {
                     @let time = seconds(time_of(findings, shown));
-                    (picture(&format!("{} error", percent(shown.rel_mse.max(0.0).sqrt())), &format!("after {time}"), &crop(&shown.image)))
+                    (figure(&format!("{} error", percent(shown.rel_mse.max(0.0).sqrt())), &format!("after {time}"), &crop(&shown.image)))
                 }
                 @if let (Some(reference), Some(told)) = (&all.reference, &findings.report.reference) {
                     // The mean of two has half of the squared error of one.
                     @let error = (0.5 * told.noise.rel_mse).sqrt();
-                    (picture(&format!("{} error", percent(error)), "the reference", &crop(reference)))
+                    (figure(&format!("{} error", percent(error)), "the reference", &crop(reference)))
                 }
             }
-            @if size.0 != size.1 { p.says { "Crops of images of " (size.0.0) " × " (size.0.1) " pixels." } }
+            @if size.0 != size.1 { p.caption { "Crops of images of " (size.0.0) " × " (size.0.1) " pixels." } }
         }
     }
 }
@@ -58,10 +58,10 @@ fn crop(image: &Image) -> Image {
 }
 
 /// Builds the images of the variants after equal times, and the noise of each pixel.
-pub fn pictures(findings: &Findings<'_>) -> Markup {
-    let all = &findings.report.pictures;
+pub fn images(findings: &Findings<'_>) -> Markup {
+    let all = &findings.report.images;
     let Some(reference) = &all.reference else {
-        return html! { p.says { "No reference was rendered." } };
+        return html! { p.caption { "No reference was rendered." } };
     };
     let shown = all.at_times.iter().flat_map(|it| &it.shown);
     let mut errors: Vec<f64> = shown.map(|shown| shown.rel_mse.max(0.0).sqrt()).collect();
@@ -70,21 +70,21 @@ pub fn pictures(findings: &Findings<'_>) -> Markup {
     let middle = errors.get(errors.len() / 2).copied().unwrap_or(1.0);
     let end = round_up(2.0 * middle).min(1.0);
     html! {
-        p.says { "The rendered images that take nearly these times at the scene's own size. Beside each its relative error: blue is too dark, red too bright, full colour is "
+        p.caption { "The rendered images that take nearly these times at the scene's own size. Beside each its relative error: blue is too dark, red too bright, full colour is "
             (percent(end)) " or more of the pixel's value." }
         @for at in &all.at_times {
             h3 { "After about " (seconds(at.seconds)) }
             div.pairs { @for shown in &at.shown { (pair(findings, shown, end)) } }
         }
         h3 { "The reference" }
-        div.pictures { (picture("reference", "mean of two renders", reference)) }
+        div.figures { (figure("reference", "mean of two renders", reference)) }
         (standard_errors(findings, reference))
     }
 }
 
 fn pair(findings: &Findings<'_>, shown: &Shown, end: f64) -> Markup {
     let name = &findings.report.variants[shown.variant].variant.name;
-    let says = format!(
+    let caption = format!(
         "{} per pixel, {}, error {}",
         samples(shown.spp),
         seconds(time_of(findings, shown)),
@@ -94,14 +94,14 @@ fn pair(findings: &Findings<'_>, shown: &Shown, end: f64) -> Markup {
     let errors = map(&shown.errors, size, end, signed);
     html! {
         div.pair {
-            (picture(name, &says, &shown.image))
-            (picture(&format!("{name}: error"), "", &errors))
+            (figure(name, &caption, &shown.image))
+            (figure(&format!("{name}: error"), "", &errors))
         }
     }
 }
 
 fn standard_errors(findings: &Findings<'_>, reference: &Image) -> Markup {
-    let all = &findings.report.pictures.standard_errors;
+    let all = &findings.report.images.standard_errors;
     let mut largest: Vec<f64> = all.iter().flat_map(|(_, errors)| errors).copied().collect();
     largest.sort_by(f64::total_cmp);
     // The scale ends at the 90 % quantile of the standard errors.
@@ -111,15 +111,15 @@ fn standard_errors(findings: &Findings<'_>, reference: &Image) -> Markup {
     html! {
         @if !all.is_empty() {
             h3 { "Noise of each pixel" }
-            p.says { "The standard error of each pixel, as estimated by the renderer: dark is none, yellow "
+            p.caption { "The standard error of each pixel, as estimated by the renderer: dark is none, yellow "
                 (percent(end)) " or more of the pixel's value." }
-            div.pictures {
+            div.figures {
                 @for (index, errors) in all {
                     @let study = &findings.report.variants[*index];
-                    @let says = study.bars.as_ref().map_or(String::new(), |bars| {
+                    @let caption = study.bars.as_ref().map_or(String::new(), |bars| {
                         format!("{} per pixel; {} of the pixels are flagged", samples(bars.spp), percent(bars.flagged))
                     });
-                    (picture(&study.variant.name, &says, &map(errors, size, end, sequential)))
+                    (figure(&study.variant.name, &caption, &map(errors, size, end, sequential)))
                 }
             }
         }
@@ -132,7 +132,7 @@ mod tests {
     use etendue::internals::math::rgb::Rgb;
 
     #[test]
-    fn crops_are_the_middle_and_small_images_are_whole() {
+    fn crops_are_centred_and_small_images_stay_whole() {
         let image = |width: u32, height: u32| {
             let pixels = (0..width * height).map(|i| Rgb::grey(i as f32));
             Image::new(width, height, pixels.collect())

@@ -78,7 +78,7 @@ pub fn efficiency(findings: &Findings<'_>) -> Table {
     };
     Table {
         title: "Efficiency".to_owned(),
-        says: format!(
+        caption: format!(
             "1 / (relMSE × seconds) of the longest renders, more is better, and its ratio to that of `{first}`. relMSE falls as 1 / tᵇ with the slope b: 1 for independent samples, more for low-discrepancy samples, less for a biased variant; a small p of fit rejects the power law. Outliers: the share of relMSE in the worst 0.1 % of the pixels. Time is start + N × sample, both for the whole image."
         ),
         head: vec![
@@ -124,7 +124,7 @@ pub fn bias(findings: &Findings<'_>) -> Table {
     };
     Table {
         title: "Bias and error bars".to_owned(),
-        says: "Bias is the error that remains however long a render runs. It is found if its p-value is below 0.001, in the squared errors of pixels or in the brightness of the whole image; its size is the root of its share of relMSE, or an upper bound with 95 % confidence; light is the relative difference in brightness of the whole image. The last columns are how often 95 % bars contain the reference, and the share of pixels whose bars are flagged as unreliable."
+        caption: "Bias is the error that remains however long a render runs. It is found if its p-value is below 0.001, in the squared errors of pixels or in the brightness of the whole image; its size is the root of its share of relMSE, or an upper bound with 95 % confidence; light is the relative difference in brightness of the whole image. The last columns are how often 95 % bars contain the reference, and the share of pixels whose bars are flagged as unreliable."
             .to_owned(),
         head: vec![
             words("variant"),
@@ -156,7 +156,7 @@ pub fn tenth(findings: &Findings<'_>) -> Table {
     };
     Table {
         title: "Cost of a tenth of the error".to_owned(),
-        says: "The error of the longest renders, and the time for a tenth of it, at the scene's own size: by the law of independent samples where that fits, a hundred times as long; by the steeper slope where it was steeper so far, with a hundred times as the upper end, since it need not stay so. Time does not reduce bias: the light lost by a limit of bounces or by the technique, and the rounding of single precision (about 10⁻⁶), remain."
+        caption: "The error of the longest renders, and the time for a tenth of it, at the scene's own size: by the law of independent samples where that fits, a hundred times as long; by the steeper slope where it was steeper so far, with a hundred times as the upper end, since it need not stay so. Time does not reduce bias: the light lost by a limit of bounces or by the technique, and the rounding of single precision (about 10⁻⁶), remain."
             .to_owned(),
         head: vec![
             words("variant"),
@@ -188,7 +188,7 @@ pub fn answers_in_words(findings: &Findings<'_>) -> String {
         text += &format!(
             "{}\n\n{}\n{}\n",
             table.title,
-            wrapped(&table.says, 80),
+            wrapped(&table.caption, 80),
             table.grid()
         );
     }
@@ -227,7 +227,7 @@ pub fn paths(findings: &Findings<'_>) -> Table {
     }
     Table {
         title: "Where the variance comes from".to_owned(),
-        says: "Shares of the variance of one sample and of the light, by the number of bounces and by the technique that found the light. A class with much variance and little light calls for a better technique; a share below 0 offsets others; classes of less than 0.1 % of both are left out. ± has a confidence of 95 %."
+        caption: "Shares of the variance of one sample and of the light, by the number of bounces and by the technique that found the light. A class with much variance and little light calls for a better technique; a share below 0 offsets others; classes of less than 0.1 % of both are left out. ± has a confidence of 95 %."
             .to_owned(),
         head: vec![
             words("variant"),
@@ -258,7 +258,7 @@ pub fn bounces(findings: &Findings<'_>) -> Table {
     let costs = first.map_or(Default::default(), |study| study.bounces.as_slice());
     Table {
         title: "What each bounce costs".to_owned(),
-        says: format!(
+        caption: format!(
             "The share of the time and of the light of `{}` that each bounce adds: renders with increasing limits and the same random numbers, in turn; the median of {} rounds, with minimum and maximum. A limit would lose the light of the bounces beyond it.",
             first.map_or("", |study| &study.variant.name),
             BOUNCE_ROUNDS
@@ -284,7 +284,7 @@ pub fn effects(findings: &Findings<'_>) -> Table {
     };
     Table {
         title: "What each effect costs".to_owned(),
-        says: "The share of the time and of the light that is gone without the effect, by rendering with and without it in turn (`etendue plan --cost` measures the same for longer). Below 0, it saves time: paths end sooner with it."
+        caption: "The share of the time and of the light that is gone without the effect, by rendering with and without it in turn (`etendue plan --cost` measures the same for longer). Below 0, it saves time: paths end sooner with it."
             .to_owned(),
         head: vec![words("effect"), numbers("of the time"), numbers("of the light")],
         rows: findings.report.effects.iter().map(row).collect(),
@@ -345,7 +345,7 @@ pub fn environment(findings: &Findings<'_>) -> Table {
     }
     Table {
         title: "How it was measured".to_owned(),
-        says: "Times of another machine differ; ratios differ much less. `study.json` has every render, `study.csv` a line for each."
+        caption: "Times of another machine differ; ratios differ much less. `study.json` has every render, `study.csv` a line for each."
             .to_owned(),
         head: vec![words("what"), words("which")],
         rows,
@@ -373,7 +373,7 @@ pub fn warnings(findings: &Findings<'_>) -> Table {
     }]);
     Table {
         title: "Notes and warnings".to_owned(),
-        says: "Messages from reading and rendering the scene.".to_owned(),
+        caption: "Messages from reading and rendering the scene.".to_owned(),
         head: vec![words("what")],
         rows,
     }

@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_suit_their_length() {
+    fn times_are_formatted_in_suitable_units() {
         for (time, text) in [
             (0.01234, "12.3 ms"),
             (3.456, "3.46 s"),
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn each_kind_of_answer_is_told_apart() {
+    fn each_kind_of_answer_is_formatted_distinctly() {
         let range = |value: f64, low: f64, high: f64| Ranged { value, low, high };
         for (given, text) in [
             (Answer::Measured(range(3.0, 2.9, 3.2)), "3 s (2.9 to 3.2)"),
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn scales_end_at_round_numbers() {
+    fn scale_limits_are_rounded_up() {
         for (x, end) in [
             (0.013, 0.02),
             (0.3, 0.5),
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn small_probabilities_and_signs() {
+    fn probabilities_and_signed_percentages_are_formatted() {
         assert_eq!(probability(1e-9), "< 10⁻⁶");
         assert_eq!(probability(0.04321), "0.043");
         assert_eq!(signed_percent(-0.1234, 0.0042), "−12.34 ± 0.42 %");

@@ -239,7 +239,8 @@ impl Neighbours {
             [&self.variance, &self.deviation].map(|plane| plane.values[index]);
         let of_noise = mean_root_of_chi_square(own);
         let ratio = match variance {
-            0.0 => 1.0,
+            // Nothing is known of the noise of neighbours without any: the pixel's own variance counts.
+            0.0 => 0.0,
             variance => deviation * deviation / (of_noise * of_noise * variance),
         };
         Weights {
@@ -339,7 +340,7 @@ mod tests {
     const SIZE: (u32, u32) = (48, 48);
 
     #[test]
-    fn freedom_has_the_ratio_that_it_is_told_by() {
+    fn degrees_of_freedom_are_recovered_from_the_moment_ratio() {
         for d in [2.1, 3.0, 4.0, 10.0, 200.0] {
             let back = f64::from(INVERSE_CHI_SQUARE.freedom(InverseChiSquare::ratio(d) as f32));
             assert!((back / d - 1.0).abs() < 0.01, "{d}: {back}");
@@ -388,7 +389,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_cover_as_often_as_they_say_whatever_neighbours_are_like() {
+    fn interval_coverage_is_nominal_for_equal_and_unequal_variances() {
         // 46,080 pixels: the shares are known to 0.25, 0.2, 0.1 and 0.05 %.
         let exact = [[0.49, 0.525], [0.785, 0.82], [0.94, 0.96], [0.984, 0.994]];
         assert_coverage("alike", coverage(16, |_, it| 1.0 + it.normal()), exact);
@@ -402,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn rare_samples_are_covered_or_flagged() {
+    fn rare_events_have_near_nominal_coverage_or_are_flagged() {
         // Three events a pixel: the mean has an excess kurtosis of 0.3 and a skewness of 0.6.
         let rare = |_: usize, it: &mut Numbers| {
             let event = if it.uniform() < 3.0 / 64.0 {
@@ -428,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pixel_is_not_asked_whether_to_trust_it() {
+    fn pixel_flag_depends_on_neighbours_not_on_own_samples() {
         let flags = |bright: Option<usize>| {
             let mut film = film(SIZE, 16, 5, |_, it| {
                 1.0 + it.normal() + if it.uniform() < 0.02 { 30.0 } else { 0.0 }
@@ -449,7 +450,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_beside_the_dark_are_not_trusted_where_light_is_rare() {
+    fn sparsely_lit_pixels_are_flagged_but_black_background_is_not() {
         // One sample in fifty is lit.
         let rare = film(SIZE, 16, 2, |_, it| {
             if it.uniform() < 0.02 {

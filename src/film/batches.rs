@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_distributed_in_turn() {
+    fn batch_sample_counts_match_round_robin_assignment() {
         for n in 0..40 {
             let mut counts = [0; COUNT];
             (0..n).for_each(|index| counts[index % COUNT] += 1);
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn the_variance_is_that_of_a_sample() {
+    fn batch_variance_estimates_the_per_sample_variance() {
         // The means of two samples each are 0, 1, 2, 3: their variance is 5/3, that of one sample twice as much.
         let batches = grey([0.0, 1.0, 2.0, 3.0], [2; COUNT]);
         for variance in batches.variance().expect("there are several batches") {
@@ -211,7 +211,7 @@ mod tests {
     /// Over many sets of four batches, the mean estimates are those of the exponential distribution, whose variance
     /// is 1 and whose fourth cumulant is 6; of a mean of n, in units of a sample's variance, 6 / n.
     #[test]
-    fn cumulants_have_no_bias() {
+    fn cumulant_estimates_are_unbiased() {
         const SETS: u64 = 200_000;
         for (counts, fourth) in [([1; COUNT], 6.0), ([3; COUNT], 2.0)] {
             let mut sum = Cumulants::default();
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn contrasts_of_both_halves_tell_the_variance() {
+    fn half_contrasts_estimate_the_sample_variance() {
         const SETS: u64 = 100_000;
         let sets = sets([3, 3, 2, 2], SETS, |u| u);
         for half in Half::ALL {
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn both_halves_make_the_whole() {
+    fn half_means_average_to_the_overall_mean() {
         let batches = grey([1.0, 2.0, 3.0, 7.0], [3, 3, 2, 2]);
         let whole = batches.mean()[0];
         assert!((whole - (3.0 + 6.0 + 6.0 + 14.0) / 10.0).abs() < 1e-12);

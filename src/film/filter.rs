@@ -219,6 +219,17 @@ impl Filter {
         self.footprint.as_ref()
     }
 
+    /// The variance of light that varies little over a pixel by importance sampling, over that by splatting: 1 / ∫f².
+    pub fn gain_of_splatting(&self) -> f64 {
+        // Simpson's rule is exact for the square of a function that is linear in each cell.
+        let squares = self.values.windows(2).map(|ends| {
+            let [a, b] = [ends[0], ends[1]];
+            (a * a + a * b + b * b) / 3.0
+        });
+        let of_axis = 2.0 * squares.sum::<f64>() * self.radius / CELLS as f64;
+        of_axis.powi(2).recip()
+    }
+
     /// Samples an offset with pdf |f| over its integral.
     #[inline]
     pub fn sample(&self, u: Vec2) -> FilterSample {
@@ -394,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn mitchells_pieces_are_the_published_cubic() {
+    fn mitchell_profile_matches_the_published_cubic() {
         let (b, c) = (1.0 / 3.0, 1.0 / 3.0);
         for x in midpoints(100).map(|t| 2.0 * t) {
             let published = if x < 1.0 {
@@ -412,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_is_the_shape_with_unit_integral() {
+    fn tabulated_filter_matches_its_profile_and_integrates_to_one() {
         for (kind, filter) in filters() {
             let radius = filter.radius();
             let integral: f64 = midpoints(10_000)
@@ -433,6 +444,16 @@ mod tests {
         }
     }
 
+    #[test]
+    fn splatting_gain_matches_closed_forms_for_box_and_tent() {
+        let gain =
+            |kind, radius| Filter::new(&FilterDescription { kind, radius }).gain_of_splatting();
+        assert!((gain(FilterKind::Box, 0.5) - 1.0).abs() < 1e-12);
+        // Along an axis the square of a tent of radius r integrates to 2 / (3 r).
+        assert!((gain(FilterKind::Tent, 1.0) - 2.25).abs() < 1e-12);
+        assert!((gain(FilterKind::Tent, 2.0) - 9.0).abs() < 1e-12);
+    }
+
     /// The integral of |f| over that of f, in one dimension.
     fn excess(filter: &Filter) -> f64 {
         filter.cells[0].weight.into()
@@ -441,7 +462,7 @@ mod tests {
     /// Equidistant numbers leave only rounding error: in each bin, the share of the samples, times the excess and the
     /// sign, is the integral of f over the bin, up to 2^-16, one sample, at either end of each of its pieces.
     #[test]
-    fn samples_are_distributed_as_the_filter_is() {
+    fn weighted_sample_histogram_matches_the_filter() {
         const SAMPLES: u32 = 1 << 16;
         const BINS: usize = 50;
         for (kind, filter) in filters() {
@@ -468,7 +489,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_one_without_negative_lobes_and_one_on_average_with_them() {
+    fn weights_are_one_or_average_to_one_with_negative_lobes() {
         for (kind, filter) in filters() {
             let weights: Vec<f64> = midpoints(1 << 16)
                 .map(|u| filter.sample_axis(u as f32).1.into())
@@ -490,7 +511,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_are_in_range_the_middle_is_the_centre_and_the_map_rises() {
+    fn sample_mapping_is_monotone_symmetric_and_within_the_radius() {
         for (_, filter) in filters() {
             let radius = filter.radius() as f32;
             let sample = |u| filter.sample(Vec2::splat(u)).offset.x;
@@ -512,7 +533,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_side_by_side_are_those_of_each_alone() {
+    fn lane_samples_equal_single_samples() {
         for (kind, filter) in filters() {
             for turn in 0..200 {
                 let u = |i: usize| (0.618_034 * (i + 16 * turn) as f32).fract();
@@ -529,7 +550,7 @@ mod tests {
     }
 
     #[test]
-    fn the_plane_is_the_product_of_its_axes() {
+    fn sample_weight_is_the_filter_value_over_the_2d_pdf() {
         for (_, filter) in filters() {
             let sample = filter.sample(Vec2::new(0.02, 0.6));
             let density = f64::from(filter.evaluate(sample.offset).abs()) / excess(&filter).powi(2);

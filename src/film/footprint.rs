@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tent_of_one_pixel_shares_a_sample_between_two() {
+    fn unit_tent_footprint_has_linear_interpolation_weights() {
         let footprint = Footprint::new(1.0, tent(1.0)).expect("it reaches the next pixel");
         assert_eq!(footprint.reach(), 1);
         for (position, expected) in [
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_all_weights_is_1() {
+    fn footprint_weights_sum_to_one_averaged_over_positions() {
         for radius in [0.6, 1.0, 1.3, 1.5, 2.0, 4.5] {
             let footprint = Footprint::new(radius, tent(radius)).expect("a footprint");
             const POSITIONS: u32 = 1 << 14;
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn filters_of_one_pixel_and_very_wide_ones_have_no_footprint() {
+    fn filters_too_narrow_or_too_wide_have_no_footprint() {
         for radius in [0.1, 0.5, 4.6, 32.0] {
             assert!(Footprint::new(radius, tent(radius)).is_none(), "{radius}");
         }

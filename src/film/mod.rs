@@ -341,7 +341,7 @@ mod tests {
     };
 
     #[test]
-    fn tiles_cover_the_window_once() {
+    fn tiles_partition_the_window() {
         for tile_size in [1, 3, 4, 100] {
             let film = Film::new(WINDOW, tile_size);
             let mut pixels: Vec<_> = film
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn the_picture_and_its_error_do_not_depend_on_the_tiles() {
+    fn image_and_error_estimate_are_independent_of_tile_size() {
         assert_eq!(filled(1).develop(), filled(4).develop());
         let [a, b] = [2, 64].map(|size| filled(size).error(0.95).expect("eight samples"));
         assert_eq!(a, b);
@@ -382,7 +382,7 @@ mod tests {
     }
 
     #[test]
-    fn a_half_has_the_mean_of_its_own_samples_also_where_pixels_differ_in_their_number() {
+    fn half_image_is_the_mean_of_even_samples_for_unequal_counts() {
         let mut film = Film::new(WINDOW, 4).with_counts();
         for tile in film.tiles_mut() {
             tile.samples = 16;

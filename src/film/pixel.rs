@@ -109,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn samples_have_a_mean_and_each_batch_its_own() {
+    fn overall_and_batch_means_match_the_samples() {
         let mut sums = PixelSums::default();
         for index in 0..6 {
             sums.add(index, Rgb::new(index as f32, 0.0, 2.0));
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn divided_samples_have_the_bits_of_all() {
+    fn partial_sums_merge_bit_identically_through_doubles() {
         let sample = |index: u64| Rgb::new(0.1 / index as f32, 1e7, (index % 7) as f32);
         let of = |indices: &[u64]| {
             let mut sums = PixelSums::default();
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn many_equal_samples_keep_their_mean() {
+    fn mean_stays_accurate_over_many_equal_samples() {
         // In single precision this sum is off by 1 % after a million samples.
         let mut sums = PixelSums::default();
         let n = 1 << 24;

@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_splats_changes_no_bit() {
+    fn splat_sums_are_bit_identical_in_reverse_order() {
         let filter = filter(FilterKind::Gaussian);
         let [one, other] = [0, 1].map(|_| Splats::new(WINDOW));
         let splats = splats();
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_gives_each_splat_to_the_pixel_that_it_lies_in() {
+    fn box_filter_splats_to_the_containing_pixel() {
         let filter = filter(FilterKind::Box);
         let all = Splats::new(WINDOW);
         all.add_paths(0, 10);
@@ -287,7 +287,7 @@ mod tests {
 
     /// Uniform light, splatted on a fine grid, gives the same mean in each pixel for every filter.
     #[test]
-    fn every_filter_keeps_the_amount_of_light() {
+    fn uniform_splats_have_unit_mean_for_every_filter() {
         for &(name, kind) in FilterKind::ALL {
             let filter = filter(kind);
             let splats = Splats::new(WINDOW);
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn batches_are_parts_of_the_whole() {
+    fn splats_are_assigned_to_batches_by_sample_index() {
         let filter = filter(FilterKind::Box);
         let splats = Splats::new(WINDOW);
         for sample in 0..64 {

@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn constant_radiance_is_exact_whatever_the_weights() {
+    fn constant_radiance_is_exact_for_unequal_weights() {
         let grey = |weight: f64| [0.5 * weight, 2.0 * weight, 0.0, weight];
         let sums = sums([0.7, 1.4, 1.1, 0.3].map(grey));
         let batches = batch_means([(&sums, 4)].into_iter(), 4);
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn each_tile_is_divided_by_its_own_count() {
+    fn tile_sums_are_normalised_by_their_own_sample_count() {
         let of = |x: f64, weight: f64| sums([[x, x, x, weight]; 4]);
         // Half of the pixel's weight by 8 samples, two of each batch, half by 16 of four times the radiance.
         let [a, b] = [of(1.0, 1.0), of(8.0, 2.0)];
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_batch_without_light_is_black_although_its_half_is_not() {
+    fn batch_without_light_is_black_despite_its_control_variate() {
         let lit = [1.0, 1.0, 1.0, 1.2];
         let sums = sums([[0.0, 0.0, 0.0, 0.8], lit, lit, lit]);
         let batches = batch_means([(&sums, 4)].into_iter(), 4);

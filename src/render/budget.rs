@@ -1,8 +1,8 @@
 //! The number of samples of the next pass, such that a render ends when its budget is used up.
 //!
 //! Measure: samples per pixel, the mean where pixels differ; seconds.
-//! Range: passes of 1 to `LARGEST_PASS` samples per pixel. A time is met to within half a sample per pixel: where one
-//! sample of every pixel takes long, that is the best that whole passes can do.
+//! Range: passes of 1 to `LARGEST_PASS` samples per pixel, multiples of a step. A time is met to within half a step: where
+//! the samples of every pixel take long, that is the best that whole passes can do.
 //! Source: none needed. Tested below and in `cli/tests/command/render.rs`.
 
 use super::adaptive::allocation::Allocation;
@@ -38,6 +38,9 @@ const SMALL_STEP: u64 = 16;
 /// Of a forecast number of samples, all but one in this many of those that are missing are taken before the next look.
 const LAST_STEP: u64 = 5;
 
+/// The largest number of samples that is forecast.
+const FARTHEST: f64 = 1e18;
+
 /// The factor, a little below 1, of the requested error at which forecasts aim, so that it is not narrowly missed.
 const MARGIN: f64 = 0.99;
 
@@ -46,7 +49,7 @@ const MARGIN: f64 = 0.99;
 pub struct Expected {
     /// The samples per pixel that it takes.
     pub spp: u64,
-    /// The error so far: its bound, or the estimate where it has none.
+    /// The error so far.
     pub error: f64,
     /// Whether the samples so far are too few for a pilot of that many, or too uncertain.
     pub is_rough: bool,
@@ -79,14 +82,14 @@ pub struct PassPlanner {
     /// All looks. Their samples are the evenly distributed ones that those of the render are worth.
     looks: Vec<Look>,
     /// The properties of the image that a forecast needs.
-    picture: Picture,
+    forecast_input: ForecastInput,
     expected: Option<Expected>,
     is_reached: bool,
 }
 
 /// The properties of an image that a forecast of its error needs.
 #[derive(Debug, Clone, Copy)]
-pub struct Picture {
+pub struct ForecastInput {
     /// The number of pixels.
     pub pixels: u64,
     /// Whether the error falls in steps, at powers of two of the samples, as with Sobol' points.
@@ -95,7 +98,7 @@ pub struct Picture {
 
 impl PassPlanner {
     /// Creates the planner of a render that has not begun, whose passes are multiples of `step`.
-    pub fn new(budget: Budget, step: u64, picture: Picture) -> Self {
+    pub fn new(budget: Budget, step: u64, forecast_input: ForecastInput) -> Self {
         let next_look = match budget.error {
             Some(_) => PILOT[0],
             None => FIRST_LOOK,
@@ -108,14 +111,14 @@ impl PassPlanner {
             pace: None,
             next_look,
             looks: Vec::new(),
-            picture,
+            forecast_input,
             expected: None,
             is_reached: false,
         }
     }
 
     /// The planner of a render that has `spp` samples per pixel already, after these looks.
-    pub fn going_on_from(self, spp: u64, looks: Vec<Look>) -> Self {
+    pub fn resumed_from(self, spp: u64, looks: Vec<Look>) -> Self {
         let next_look = match self.budget.error {
             Some(_) => self.next_look,
             None => self.next_look.max(BETWEEN_LOOKS * spp),
@@ -193,7 +196,7 @@ impl PassPlanner {
     ///
     /// Where samples are distributed by an allocation, the power law is that of what they are worth, distributed
     /// evenly.
-    pub fn looked(&mut self, error: Option<ErrorEstimate>, allocation: Option<&Allocation>) {
+    pub fn add_look(&mut self, error: Option<ErrorEstimate>, allocation: Option<&Allocation>) {
         let Some(error) = error else {
             // A black image: light may still be found.
             self.next_look = 2 * self.spp;
@@ -214,10 +217,10 @@ impl PassPlanner {
         if is_pilot {
             self.next_look = PILOT[1];
         }
-        let in_steps = self.picture.in_steps && allocation.is_none();
+        let in_steps = self.forecast_input.in_steps && allocation.is_none();
         let Some(forecast) = Forecast::new(
             &self.looks,
-            self.picture.pixels,
+            self.forecast_input.pixels,
             target.confidence,
             in_steps,
         ) else {
@@ -225,7 +228,7 @@ impl PassPlanner {
         };
         let needed = forecast.samples_for(MARGIN * target.rel_rmse);
         let needed = allocation.map_or(needed, |it| it.level_of(needed));
-        let needed = needed.ceil().min(u64::MAX as f64) as u64;
+        let needed = needed.ceil().min(FARTHEST) as u64;
         // Where the error is above the forecast by chance, a few more samples change little.
         let least = self.spp + (self.spp / SMALL_STEP).max(1);
         let needed = needed.max(least).next_multiple_of(self.step);
@@ -234,10 +237,7 @@ impl PassPlanner {
         } else {
             self.expected = Some(Expected {
                 spp: needed,
-                error: match error.doubt {
-                    None => error.upper_bound,
-                    Some(_) => error.rel_rmse,
-                },
+                error: error.rel_rmse,
                 is_rough: needed > SHARE_OF_PILOT * self.spp
                     || error.uncertainty > LARGEST_UNCERTAINTY,
             });
@@ -268,15 +268,15 @@ impl PassPlanner {
         let now = (new > 0).then(|| elapsed.as_secs_f64() / new as f64);
         if let (Some(time), Some(per_sample)) = (self.budget.time, now) {
             let left = time.as_secs_f64() - elapsed.as_secs_f64();
-            // Rounded: ending half a sample late is as good as half a sample early.
-            let affordable = (left / per_sample).round().max(0.0) as u64;
-            // The time of a sample is known better after half of the remaining time.
+            // Steps, rounded: ending half a step late is as good as half a step early.
+            let affordable = (left / (per_sample * self.step as f64)).round().max(0.0) as u64;
+            // The time of a step is known better after half of the remaining time.
             let careful = if affordable > 2 {
                 affordable.div_ceil(2)
             } else {
                 affordable
             };
-            pass = pass.min(careful);
+            pass = pass.min(careful.saturating_mul(self.step));
             pass -= pass % self.step;
         }
         if let (Some(left), Some(per_sample)) = (checkpoint, now.or(self.pace)) {
@@ -310,14 +310,19 @@ mod tests {
     use crate::film::MODEL_ERROR;
 
     /// An image whose error falls smoothly.
-    const PICTURE: Picture = Picture {
+    const FORECAST_INPUT: ForecastInput = ForecastInput {
         pixels: 1 << 40,
         in_steps: false,
     };
 
     /// Runs a planner against a clock on which one sample per pixel takes `cost` seconds.
     fn run(budget: Budget, cost: f64) -> (u64, f64) {
-        let mut planner = PassPlanner::new(budget, 1, PICTURE);
+        run_in_steps(1, budget, cost)
+    }
+
+    /// Runs a planner whose passes are multiples of `step`.
+    fn run_in_steps(step: u64, budget: Budget, cost: f64) -> (u64, f64) {
+        let mut planner = PassPlanner::new(budget, step, FORECAST_INPUT);
         let mut now = 0.0;
         while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now), None) {
             planner.pass_done(samples);
@@ -327,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_met_exactly() {
+    fn sample_budget_is_met_exactly() {
         for spp in [1, 2, 3, 63, 64, 65, 1000] {
             assert_eq!(
                 run(
@@ -344,22 +349,24 @@ mod tests {
     }
 
     #[test]
-    fn a_time_is_met_within_half_a_sample() {
-        for cost in [0.001, 0.013, 0.3, 1.9] {
-            let budget = Budget {
-                time: Some(Duration::from_secs(10)),
-                ..Budget::default()
-            };
-            let (_, now) = run(budget, cost);
-            assert!(
-                (now - 10.0).abs() <= 0.5 * cost + 1e-9,
-                "cost {cost}: {now}"
-            );
+    fn time_budget_is_met_within_half_a_step() {
+        for (step, costs) in [(1, [0.001, 0.013, 0.3, 1.9]), (4, [0.001, 0.3, 0.9, 1.4])] {
+            for cost in costs {
+                let budget = Budget {
+                    time: Some(Duration::from_secs(10)),
+                    ..Budget::default()
+                };
+                let (_, now) = run_in_steps(step, budget, cost);
+                assert!(
+                    (now - 10.0).abs() <= 0.5 * step as f64 * cost + 1e-9,
+                    "step {step}, cost {cost}: {now}"
+                );
+            }
         }
     }
 
     #[test]
-    fn the_tighter_of_two_limits_holds() {
+    fn tighter_of_sample_and_time_budget_applies() {
         let budget = Budget {
             spp: Some(5),
             time: Some(Duration::from_secs(100)),
@@ -375,24 +382,25 @@ mod tests {
     }
 
     #[test]
-    fn there_is_always_a_first_sample() {
+    fn zero_time_budget_still_takes_one_sample() {
         let budget = Budget {
             time: Some(Duration::ZERO),
             ..Budget::default()
         };
         assert_eq!(
-            PassPlanner::new(budget, 1, PICTURE).next_pass(Duration::ZERO, None),
+            PassPlanner::new(budget, 1, FORECAST_INPUT).next_pass(Duration::ZERO, None),
             Some(1)
         );
     }
 
     #[test]
-    fn a_time_is_for_what_is_new() {
+    fn resumed_render_has_the_full_time_budget() {
         let budget = Budget {
             time: Some(Duration::from_secs(10)),
             ..Budget::default()
         };
-        let mut planner = PassPlanner::new(budget, 1, PICTURE).going_on_from(1000, Vec::new());
+        let mut planner =
+            PassPlanner::new(budget, 1, FORECAST_INPUT).resumed_from(1000, Vec::new());
         let mut now = 0.0;
         while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now), None) {
             planner.pass_done(samples);
@@ -412,7 +420,7 @@ mod tests {
             error: Some(error),
             ..Budget::default()
         };
-        let mut planner = PassPlanner::new(budget, 4, PICTURE);
+        let mut planner = PassPlanner::new(budget, 4, FORECAST_INPUT);
         let (mut looks, mut first) = (Vec::new(), None);
         while let Some(samples) = planner.next_pass(Duration::ZERO, None) {
             assert_eq!(samples % 4, 0);
@@ -430,7 +438,7 @@ mod tests {
                     upper_bound: (1.0 + MODEL_ERROR).sqrt() * rel_rmse,
                     doubt: None,
                 };
-                planner.looked(Some(estimate), None);
+                planner.add_look(Some(estimate), None);
                 first = first
                     .filter(|it: &Expected| !it.is_rough)
                     .or(planner.expected());
@@ -441,7 +449,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_is_reached_and_foreseen_and_hardly_undercut() {
+    fn error_target_is_met_closely_and_forecast_accurately() {
         for power in [0.5, 0.75, 1.0] {
             for target in [0.1, 0.05, 0.01, 0.003] {
                 let (spp, looks, forecast) = reach(target, 1.0, power);
@@ -463,7 +471,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_that_is_small_at_once_takes_the_pilot() {
+    fn error_target_met_at_once_stops_at_the_second_look() {
         let (spp, looks, forecast) = reach(0.5, 0.1, 0.5);
         assert_eq!((spp, looks, forecast), (24, vec![16, 24], None));
     }

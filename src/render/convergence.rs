@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn the_power_is_that_of_looks_far_apart_and_the_slowest_where_they_do_not_tell() {
+    fn convergence_power_is_fitted_or_falls_back_to_one_half() {
         let looks = [64.0, 128.0, 256.0, 1024.0].map(|n: f64| look(n, n.powf(-0.75), 0.01));
         let law = PowerLaw::of(&looks);
         assert!((law.power - 0.75).abs() < 1e-12, "{law:?}");
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_that_does_not_fall_is_in_doubt() {
+    fn stalled_error_has_an_infinite_upper_bound() {
         let error = |rel_rmse, uncertainty| ErrorEstimate {
             rel_rmse,
             uncertainty,
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn points_that_gain_at_powers_of_two_are_foreseen_to() {
+    fn stepwise_forecast_matches_smooth_one_at_powers_of_two() {
         let looks = [look(16.0, 1.0, 0.0), look(64.0, 0.25, 0.0)];
         let steps = Forecast::new(&looks, 1 << 40, 0.5, true).expect("there are looks");
         let smooth = Forecast::new(&looks, 1 << 40, 0.5, false).expect("there are looks");
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_comes_nearer_to_the_error_as_that_is_known_better() {
+    fn upper_bound_tightens_with_more_samples() {
         let looks = [look(64.0, 0.1, 0.4)];
         let forecast = Forecast::new(&looks, 8_000_000, 0.95, false).expect("a look");
         let margin = |n: f64| (forecast.bound(n) / forecast.error(n)).powi(2) - 1.0 - MODEL_ERROR;

@@ -110,14 +110,7 @@ pub fn dispatch<D: Dispatched>(
     job: D,
 ) -> D::Output {
     match settings.integrator {
-        IntegratorKind::Path => {
-            let integrator = PathIntegrator {
-                light_paths: light_paths(settings),
-                reuse: settings.reuse(),
-                ..path(settings, Weighted, Traced)
-            };
-            kernel(scene, settings).run(With(job, integrator))
-        }
+        IntegratorKind::Path => kernel(scene, settings).run(With(job, path_with_all(settings))),
         _ => dispatch_to_two(scene, settings, cache, job),
     }
 }
@@ -133,12 +126,7 @@ pub fn dispatch_to_two<D: Dispatched>(
     let kernel = kernel(scene, settings);
     match (settings.integrator.technique(), cache) {
         (Some(_), None) if settings.integrator == IntegratorKind::Path => {
-            let integrator = PathIntegrator {
-                light_paths: light_paths(settings),
-                reuse: settings.reuse(),
-                ..path(settings, Weighted, Traced)
-            };
-            first_or_last(kernel, With(job, integrator))
+            first_or_last(kernel, With(job, path_with_all(settings)))
         }
         (Some(_), Some(cache)) => {
             first_or_last(kernel, With(job, path(settings, Weighted, Cached(cache))))
@@ -171,15 +159,19 @@ pub fn sampler(settings: &RenderSettings, batches: Batches) -> AnySampler {
     }
 }
 
-/// The light paths of an image.
-fn light_paths(settings: &RenderSettings) -> LightPaths {
-    LightPaths {
-        share: settings.light_path_share(),
-        pixels: settings.window.pixel_count(),
+/// The path tracer of these settings, with their light paths and the paths that pixels share.
+pub fn path_with_all(settings: &RenderSettings) -> PathIntegrator {
+    PathIntegrator {
+        light_paths: LightPaths {
+            share: settings.light_path_share(),
+            pixels: settings.window.pixel_count(),
+        },
+        reuse: settings.reuse(),
+        ..path(settings, Weighted, Traced)
     }
 }
 
-/// The path tracer of these settings, without light paths.
+/// The path tracer of these settings, without light paths and shared paths.
 pub fn path<C, K: Indirect>(
     settings: &RenderSettings,
     technique: C,

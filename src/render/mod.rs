@@ -16,6 +16,7 @@ pub mod first_hit;
 mod metropolis;
 mod observed;
 pub mod options;
+pub mod path_strategies;
 mod pixel_block;
 mod progress;
 mod rendered;

@@ -140,7 +140,7 @@ impl RenderOptions {
 
     /// Refuses requested reuse of paths that the settings cannot have.
     fn refuse_reuse(&self, settings: &RenderSettings) -> Result<()> {
-        if !self.reuse.is_some_and(ReuseRule::asks) {
+        if !self.reuse.is_some_and(ReuseRule::is_requested) {
             return Ok(());
         }
         if settings.adaptive != Adaptive::Off {
@@ -201,7 +201,7 @@ impl RenderOptions {
                 })
             }
             Some([x0, y0, x1, y1]) => Err(Error::usage(format!(
-                "--crop {x0},{y0},{x1},{y1} is not a part of the picture of {width}x{height} pixels"
+                "--crop {x0},{y0},{x1},{y1} is not a part of the image of {width}x{height} pixels"
             ))),
         }
     }
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn wishes_go_before_the_scene_and_the_scene_before_the_defaults() {
+    fn options_override_the_scene_which_overrides_defaults() {
         let by_default = RenderOptions::default().settings(&scene()).expect("valid");
         assert_eq!((by_default.budget.spp, by_default.seed), (Some(7), 3));
         let options = RenderOptions {
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn wishes_out_of_their_range_are_usage_errors() {
+    fn invalid_options_are_usage_errors() {
         let options = |change: &dyn Fn(&mut RenderOptions)| {
             let mut options = RenderOptions::default();
             change(&mut options);

@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_pixel_of_a_window_is_in_one_lane_of_one_block() {
+    fn pixel_blocks_cover_each_window_pixel_once() {
         let before = |n: u32| n.wrapping_neg();
         for (x, y, width, height) in [
             (0, 0, 16, 8),

@@ -31,7 +31,7 @@ pub struct Progress {
 pub struct Predicted {
     /// Samples per pixel of the pilot.
     pub pilot: u64,
-    /// The error after the pilot: its bound, or the estimate where it has none.
+    /// The error after the pilot.
     pub error: f64,
     /// The samples per pixel in all.
     pub spp: u64,

@@ -24,6 +24,8 @@ pub struct Rendered {
     pub first: u64,
     /// Complete samples per pixel, the mean where pixels differ; some tiles have more after an interruption.
     pub spp: u64,
+    /// The samples per pixel, distributed evenly, that those of an adaptive render are worth; `None` where they are.
+    pub worth: Option<f64>,
     /// Time that the rendering took.
     pub elapsed: Duration,
     /// Rays traced.
@@ -59,6 +61,7 @@ impl Rendered {
             film,
             first: 0,
             spp: 0,
+            worth: None,
             elapsed: Duration::ZERO,
             rays: RayCounts::default(),
             rejected: Rejected::default(),
@@ -75,7 +78,12 @@ impl Rendered {
     /// fallen; `None` before it can be estimated.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let error = self.film.error(confidence)?;
-        Some(stated(error, self.spp as f64, &self.looks))
+        Some(stated(error, self.even_spp(), &self.looks))
+    }
+
+    /// The samples per pixel, distributed evenly, that have this error: those by which looks are compared.
+    fn even_spp(&self) -> f64 {
+        self.worth.unwrap_or(self.spp as f64)
     }
 
     /// The price of dividing the error, as estimated here, by a factor, at the pace and by the power law of this
@@ -84,7 +92,7 @@ impl Rendered {
         if error.doubt.is_some() || error.rel_rmse == 0.0 {
             return None;
         }
-        let last = Look::new(self.spp as f64, error);
+        let last = Look::new(self.even_spp(), error);
         let before = self.looks.iter().filter(|look| look.samples < last.samples);
         let looks: Vec<Look> = before.copied().chain([last]).collect();
         let seconds = self.elapsed.as_secs_f64();

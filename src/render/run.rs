@@ -8,8 +8,9 @@
 //! Range: valid settings.
 //! Source: docs/architecture.md. Tested in `tests/rendering/determinism.rs` and `tests/rendering/state.rs`.
 
+use super::adaptive::allocation::Allocation;
 use super::adaptive::{SampleAllocation, SampleAllocator};
-use super::budget::{PassPlanner, Picture};
+use super::budget::{ForecastInput, PassPlanner};
 use super::camera_rays::CameraRaySource;
 use super::progress::{Predicted, Progress, RenderObserver};
 use super::settings::{Adaptive, Budget, RenderSettings, SamplerKind};
@@ -122,13 +123,13 @@ impl<'a> Run<'a> {
             // The error target is for each pixel, not for the image.
             budget.error = None;
         }
-        let picture = Picture {
+        let forecast_input = ForecastInput {
             pixels: settings.window.pixel_count(),
             in_steps: settings.sampler == SamplerKind::Sobol,
         };
         let looks = rendered.looks.clone();
-        let mut planner = PassPlanner::new(budget, step, picture)
-            .going_on_from(rendered.spp, looks)
+        let mut planner = PassPlanner::new(budget, step, forecast_input)
+            .resumed_from(rendered.spp, looks)
             .restored(rendered.planner, rendered.elapsed);
         let mut allocator = SampleAllocator::new(settings);
         let mut shown = Shown::default();
@@ -163,7 +164,7 @@ impl<'a> Run<'a> {
                 let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
                 let estimate = film.error(confidence);
                 if is_due {
-                    planner.looked(estimate, allocator.allocation());
+                    planner.add_look(estimate, allocator.allocation());
                 }
                 let elapsed = self.start.elapsed();
                 let pilots = shown.predicted.filter(|predicted| !predicted.is_rough);
@@ -175,14 +176,22 @@ impl<'a> Run<'a> {
             let used = planner.fraction(planner.spp() as f64, self.start.elapsed());
             allocator.pass_done(film, planner.spp(), used);
             if checkpoints.is_due() {
-                self.record(rendered, &planner);
+                self.record(rendered, &planner, allocator.allocation());
                 self.observer.checkpoint(rendered);
                 checkpoints.made();
             }
         }
-        self.record(rendered, &planner);
+        self.record(rendered, &planner, allocator.allocation());
         rendered.cancelled = self.cancelled.into_inner();
-        rendered.reached = is_reached || planner.is_reached();
+        // Where another limit ends the render between two looks, the error may be small enough already.
+        let is_reached_at_the_end = || {
+            let target = planner.target()?;
+            let error = rendered.error(target.confidence)?;
+            Some(error.upper_bound <= target.rel_rmse)
+        };
+        rendered.reached = is_reached
+            || planner.is_reached()
+            || (!rendered.cancelled && is_reached_at_the_end() == Some(true));
         rendered.predicted = shown.predicted;
     }
 
@@ -191,19 +200,24 @@ impl<'a> Run<'a> {
         if rendered.cache.is_some() {
             return;
         }
-        let go_on = |share, records| {
+        let keep_going = |share, records| {
             self.observer.cache_prepass(share, records);
             !self.is_cancelled()
         };
         let (cache, rays) =
-            cache_prepass::cache_prepass(self.scene, self.filter, self.settings, &go_on);
+            cache_prepass::cache_prepass(self.scene, self.filter, self.settings, &keep_going);
         rendered.rays += rays;
         // An incomplete cache would give another image.
         rendered.cache = cache.filter(|_| !self.is_cancelled());
     }
 
     /// Records the complete passes in the state of the render.
-    fn record(&self, rendered: &mut Rendered, planner: &PassPlanner) {
+    fn record(
+        &self,
+        rendered: &mut Rendered,
+        planner: &PassPlanner,
+        allocation: Option<&Allocation>,
+    ) {
         let settings = self.settings;
         let totals = self.totals.lock();
         let mut totals = totals.expect("no thread panics while it holds this");
@@ -212,6 +226,7 @@ impl<'a> Run<'a> {
             Adaptive::Greedy => rendered.film.sample_count() / settings.window.pixel_count(),
             Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
         };
+        rendered.worth = allocation.map(|it| it.worth(planner.spp()));
         rendered.elapsed = self.before + self.start.elapsed();
         rendered.rays += totals.rays;
         rendered.rejected.merge(totals.rejected);

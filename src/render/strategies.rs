@@ -37,7 +37,7 @@ const MOST_BOUNCES: u32 = 8;
 
 /// The images of one strategy.
 #[derive(Debug, Clone)]
-pub struct StrategyPictures {
+pub struct StrategyImages {
     /// The strategy.
     pub strategy: Strategy,
     /// The image as if there were no other strategy.
@@ -54,11 +54,12 @@ pub fn check(settings: &RenderSettings) -> Result<u64> {
     let is_limited = settings
         .most_bounces()
         .is_some_and(|most| most <= MOST_BOUNCES);
+    let is_bidirectional = settings.integrator == IntegratorKind::Bidirectional;
     match settings.budget.spp {
-        _ if settings.integrator != IntegratorKind::Bidirectional => Err(Error::usage(
-            "only bidirectional path tracing has strategies: give --integrator bdpt",
+        _ if !is_bidirectional && settings.integrator != IntegratorKind::Path => Err(Error::usage(
+            "only path and bidirectional path tracing have strategies: give --integrator path or --integrator bdpt",
         )),
-        _ if !is_limited => Err(Error::usage(format!(
+        _ if is_bidirectional && !is_limited => Err(Error::usage(format!(
             "each path length has its own strategies: limit it by --max-bounces {MOST_BOUNCES} or less, such as --max-bounces 3"
         ))),
         None => Err(Error::usage(
@@ -76,9 +77,9 @@ pub fn strategies(
     view: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
-) -> Result<Vec<StrategyPictures>> {
+) -> Result<Vec<StrategyImages>> {
     let spp = check(settings)?;
-    let pictures = Pictures {
+    let pictures = StrategySplats {
         view: *view,
         window: settings.window,
         spp,
@@ -101,16 +102,10 @@ pub fn strategies(
     });
     let found = pictures.found.into_inner();
     let found = found.expect("no thread panics while it holds this");
-    let picture = |splats: &Splats| {
-        splats.add_paths(0, spp * settings.window.pixel_count());
-        let pixels = 0..settings.window.pixel_count() as usize;
-        let pixels = pixels.map(|pixel| Rgb::from(splats.mean(pixel).map(|x| x as f32)));
-        let Window { width, height, .. } = settings.window;
-        Image::new(width, height, pixels.collect())
-    };
+    let picture = |splats: &Splats| image_of(splats, settings.window, spp);
     let pictures = found
         .iter()
-        .map(|(&strategy, [unweighted, weighted])| StrategyPictures {
+        .map(|(&strategy, [unweighted, weighted])| StrategyImages {
             strategy,
             unweighted: picture(unweighted),
             weighted: picture(weighted),
@@ -118,8 +113,16 @@ pub fn strategies(
     Ok(pictures.collect())
 }
 
+/// The image of the splats of all samples.
+pub(super) fn image_of(splats: &Splats, window: Window, spp: u64) -> Image {
+    splats.add_paths(0, spp * window.pixel_count());
+    let pixels = 0..window.pixel_count() as usize;
+    let pixels = pixels.map(|pixel| Rgb::from(splats.mean(pixel).map(|x| x as f32)));
+    Image::new(window.width, window.height, pixels.collect())
+}
+
 /// The images under construction.
-struct Pictures<'a> {
+struct StrategySplats<'a> {
     view: RenderInput<'a>,
     window: Window,
     spp: u64,
@@ -129,7 +132,7 @@ struct Pictures<'a> {
 
 /// The job of sampling a tile.
 struct Job<'a> {
-    pictures: &'a Pictures<'a>,
+    pictures: &'a StrategySplats<'a>,
     window: Window,
     integrator: Bidirectional,
     sampler: &'a AnySampler,
@@ -139,7 +142,7 @@ impl KernelJob for Job<'_> {
     type Output = ();
 
     fn run<E: Effects>(self) {
-        let Pictures { view, window, .. } = *self.pictures;
+        let StrategySplats { view, window, .. } = *self.pictures;
         let RenderInput { scene, filter, .. } = view;
         let reaches = |film| Splats::covers(window, filter, film);
         let source = CameraRaySource {
@@ -184,7 +187,7 @@ impl KernelJob for Job<'_> {
     }
 }
 
-impl Pictures<'_> {
+impl StrategySplats<'_> {
     fn add(&self, pixel: [u32; 2], contributions: &[Contribution]) {
         let mut found = self
             .found

@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_measured_then_extrapolated() {
+    fn answer_is_measured_within_levels_and_extrapolated_beyond() {
         let [ten, three, third] = answers(0.0, false);
         let Answer::Measured(range) = ten else {
             panic!("reached after 10 samples: {ten:?}");
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn below_the_bias_there_is_no_time_and_near_it_a_reason() {
+    fn error_below_the_bias_is_never_reached_or_unknown() {
         let [ten, three, third] = answers(8e-4, true);
         assert!(matches!(ten, Answer::Measured(_)), "{ten:?}");
         // 9e-4 - 8e-4 are left for the variance.
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_is_exact_from_the_level_on_that_has_no_noise() {
+    fn image_is_exact_from_the_first_noise_free_level() {
         let level = |spp: f64, noise: f64| ErrorLevel {
             spp,
             errors: vec![noise, -1e-14, 0.0],
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn to_be_sure_takes_longer() {
+    fn error_uncertainty_widens_the_upper_time_bound() {
         let level = |spp: f64| ErrorLevel {
             spp,
             errors: vec![0.1 / spp, 0.101 / spp],

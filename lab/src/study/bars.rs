@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn intervals_are_wilsons() {
+    fn wilson_interval_matches_reference_value() {
         // 8 of 10: [0.4902, 0.9433].
         let share = Share {
             held: 24,
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn bins_take_everything_in() {
+    fn bin_index_clamps_out_of_range_values() {
         let bins = [-9.0, -5.0, -0.1, 0.1, 4.99, 9.0].map(bin);
         assert_eq!(bins, [0, 0, 19, 20, 39, 39]);
     }

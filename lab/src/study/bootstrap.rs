@@ -96,7 +96,7 @@ mod tests {
     use etendue::internals::math::stats::Moments;
 
     #[test]
-    fn an_order_is_as_likely_as_another() {
+    fn shuffle_permutations_are_equally_likely() {
         let mut dealer = Dealer::new(3);
         let mut counts = [0_u32; 6];
         for _ in 0..60_000 {
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn replicas_are_spread_as_the_mean_is() {
+    fn replica_spread_matches_standard_error_of_the_mean() {
         let mut dealer = Dealer::new(5);
         let group: Vec<f64> = (0..8).map(|i| 10.0 + f64::from(i)).collect();
         let error = Moments::of(group.iter().copied())
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interval_may_be_open() {
+    fn interval_is_unbounded_with_infinite_replicas() {
         let replicas = (0..1000).map(|i| if i < 100 { f64::INFINITY } else { f64::from(i) });
         let ranged = Ranged::of(500.0, replicas);
         assert!(ranged.high.is_infinite() && ranged.low < 200.0);

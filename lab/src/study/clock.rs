@@ -62,7 +62,7 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn a_thread_that_sleeps_costs_no_work_and_one_that_works_does() {
+    fn wall_clock_counts_sleep_and_cpu_clock_counts_work() {
         let watch = Stopwatch::start();
         std::thread::sleep(Duration::from_millis(30));
         let slept = watch.read().wall;

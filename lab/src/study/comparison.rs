@@ -8,7 +8,7 @@
 //! Measure: metrics as in `image/metrics.rs`; means in units of the pixels.
 //! Range: images of the same size. Pixels that either image flags are excluded from the test. Both renders must use
 //! different random numbers.
-//! Source: docs/accuracy.md, "Comparing two pictures"; `study/difference.rs`. Tested below and in
+//! Source: docs/accuracy.md, "Comparing two images"; `study/difference.rs`. Tested below and in
 //! `cli/tests/command/compare.rs`.
 
 use crate::study::difference::{Difference, Estimate, MeanDifference, family_p_value, sidak};
@@ -142,7 +142,7 @@ pub fn bias_test(
         for (c, difference) in differences.into_iter().enumerate() {
             whole[c] = whole[c].merge(difference);
             // A tile that is black without noise in both images cannot fail, so it is not a test.
-            let means = difference.test().filter(MeanDifference::says_something);
+            let means = difference.test().filter(MeanDifference::is_meaningful);
             tiles.extend(means.map(|means| TileTest {
                 tile,
                 channel: c,
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn no_bias_is_found_but_as_often_as_is_said() {
+    fn false_positive_rate_of_the_bias_test_is_nominal() {
         let trials = 200;
         let found = (0..trials).filter(|&trial| {
             let [a, b] = [2 * trial, 2 * trial + 1].map(|seed| rendered(seed, 0.0));
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bias_in_one_tile_is_found_there_where_it_is_large_enough() {
+    fn bias_test_locates_a_detectable_bias_in_one_tile() {
         let reference = rendered(1000, 0.0);
         let detectable = test(&rendered(1001, 0.0), &reference).tiles_detectable;
         assert!((0.01..0.1).contains(&detectable), "{detectable}");
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn one_per_cent_everywhere_is_found_by_the_means() {
+    fn uniform_bias_of_one_percent_is_detected() {
         let brighter = |mut image: LayeredImage| {
             image
                 .image
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn squares_of_errors_are_those_of_both_pictures() {
+    fn reference_noise_is_half_of_rel_mse_at_equal_noise() {
         let metrics = Metrics::of(&rendered(1, 0.0), &rendered(2, 0.0), 8).expect("same size");
         // Both images have the same noise: half of the square is the reference's, within the noise of 2880 squares.
         let share = metrics.reference_noise.expect("it has bars") / metrics.rel_mse;
@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn flagged_pixels_and_exact_references_count_as_such() {
+    fn bias_test_handles_flagged_pixels_and_exact_references() {
         let mut image = rendered(1, 0.0);
         let exact = LayeredImage::from(rendered(2, 0.0).image);
         assert!(bias_test(&exact, &exact, 8).expect("same size").is_none());
@@ -418,7 +418,7 @@ mod tests {
     }
 
     #[test]
-    fn standard_errors_that_are_none_are_refused() {
+    fn invalid_standard_error_layers_are_rejected() {
         let good = rendered(1, 0.0);
         let mut bad = good.clone();
         bad.layers[1].samples[41] = f32::NAN;
@@ -431,7 +431,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_random_numbers_are_seen() {
+    fn equal_seeds_of_compared_images_are_detected() {
         let with_seed = |seed: &str| {
             let mut image = rendered(1, 0.0);
             let text = |text: &str| MetadataValue::Text(text.to_owned());

@@ -2,7 +2,7 @@
 //!
 //! Measure: shares of the relative variance of one sample and of the light.
 //! Range: at least two samples of each pixel; standard errors are those of the jackknife over parts of the image.
-//! Source: the covariance is linear. Tested in `variance.rs` and `culprits.rs`.
+//! Source: the covariance is linear. Tested in `variance.rs` and `error_sources.rs`.
 
 use super::prepared_scene::PreparedScene;
 use super::reference::References;

@@ -106,7 +106,7 @@ impl Difference {
 
 impl MeanDifference {
     /// Whether the test is meaningful: there is a difference or noise.
-    pub fn says_something(&self) -> bool {
+    pub fn is_meaningful(&self) -> bool {
         self.difference != 0.0 || self.standard_error != 0.0
     }
 
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn p_values_are_uniform_where_nothing_differs() {
+    fn p_values_are_uniform_under_the_null_hypothesis() {
         // 3000 trials stay within 2.23 / sqrt(3000) = 0.041 except once in 10 000. The normal distribution in place of
         // Student's would differ by about as much in the tail that matters, which is therefore tested separately.
         let trials = 3000;
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_is_found_as_often_as_its_power_says() {
+    fn detection_rate_matches_the_stated_power() {
         let mut rng = Pcg64::new(7, 7);
         let (pairs, significance, power) = (50, 0.05, 0.9);
         let smallest = simulated(&mut rng, pairs, 0.0).detectable(significance, power);
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn one_pair_has_its_own_freedom_and_equal_ones_have_all_of_theirs() {
+    fn degrees_of_freedom_are_exact_for_one_and_for_many_pairs() {
         let noisy = Estimate {
             value: 1.0,
             standard_error: 0.1,
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_numbers_differ_or_do_not_and_rounding_is_no_difference() {
+    fn exact_values_differ_only_beyond_rounding() {
         let test = |a: f64, b: f64| {
             let mut difference = Difference::default();
             difference.push(exact(a), exact(b), 15.0);
@@ -279,20 +279,20 @@ mod tests {
     }
 
     #[test]
-    fn black_is_like_black_and_infinitely_far_from_light() {
+    fn black_reference_gives_zero_or_infinite_relative_difference() {
         let test = |a: f64| {
             let mut difference = Difference::default();
             difference.push(exact(a), exact(0.0), 15.0);
             difference.test().expect("a pair")
         };
         let black = test(0.0);
-        assert!(!black.says_something() && test(0.1).says_something());
+        assert!(!black.is_meaningful() && test(0.1).is_meaningful());
         assert_eq!((black.relative(), black.detectable(0.05, 0.9)), (0.0, 0.0));
         assert_eq!(test(-0.1).relative(), f64::NEG_INFINITY);
     }
 
     #[test]
-    fn families_are_corrected_for() {
+    fn family_p_value_inverts_sidak_correction() {
         assert!((sidak(0.05, 1) - 0.05).abs() < 1e-15);
         assert!((family_p_value(sidak(0.05, 300), 300) - 0.05).abs() < 1e-12);
         assert_eq!(family_p_value(0.0, 10), 0.0);

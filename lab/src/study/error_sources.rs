@@ -28,7 +28,7 @@ const BEYOND: f32 = 1e-3;
 
 /// The sources of an error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Culprits {
+pub struct ErrorSources {
     /// By length and technique of the paths.
     pub paths: PathShares,
     /// By the material that scattered the light last, the largest share first.
@@ -124,13 +124,13 @@ impl Names {
 }
 
 /// Observes `spp` samples of each pixel; `None` where [`path_shares`] has none.
-pub fn culprits(
+pub fn error_sources(
     prepared: &PreparedScene,
     description: &SceneDescription,
     variant: &Variant,
     references: &References,
     (spp, seed): (u64, u64),
-) -> Option<Culprits> {
+) -> Option<ErrorSources> {
     let paths = path_shares(prepared, variant, references, spp, seed)?;
     let names = Names::new(description);
     let scene = prepared.scene(variant.options);
@@ -146,7 +146,7 @@ pub fn culprits(
     let parts = observed(prepared, variant, references, (spp, seed), objects)?;
     let shares = shares(&parts, names.materials.len())?;
     let [materials, lights] = names.named(&shares.classes);
-    Some(Culprits {
+    Some(ErrorSources {
         paths,
         materials,
         lights,

@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn time_has_a_start_and_a_cost() {
+    fn time_law_fits_startup_and_per_sample_cost() {
         let points: Vec<[f64; 2]> = (0..8)
             .map(|i| f64::from(i).exp2())
             .map(|n| [n, 0.5 + 0.01 * n])
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_are_recovered_and_their_intervals_hold_them() {
+    fn fitted_slopes_are_unbiased_with_nominal_coverage() {
         let mut dealer = Dealer::new(1);
         for b in [1.0, 1.5] {
             let mut held = 0;
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_line_is_found() {
+    fn lack_of_fit_detects_nonlinear_error_curves() {
         let mut dealer = Dealer::new(2);
         let p = |curve: &Curve| curve.slope().expect("levels").lack_of_fit.expect("several");
         let straight = Curve::new(&levels(&mut dealer, 1.0, 0.1), 0);
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_reached_between_levels() {
+    fn error_crossings_interpolate_between_levels_in_log_log() {
         let level = |spp: f64, mean: f64| ErrorLevel {
             spp,
             errors: vec![mean * 0.9, mean, mean * 1.1],

@@ -115,7 +115,7 @@ impl Gram {
         })
     }
 
-    /// The squared bias of a render.
+    /// The squared bias of a render. Two renders are a single pair, of whose spread nothing is known but its value.
     pub fn squared_bias(&self) -> Option<Estimate> {
         let n = self.count();
         if n < 2 {
@@ -132,6 +132,13 @@ impl Gram {
         let pairs = 0.5 * count * (count - 1.0);
         let sum = 0.5 * sums.iter().sum::<f64>();
         let value = sum / pairs;
+        if n == 2 {
+            return Some(Estimate {
+                value,
+                standard_error: value.abs(),
+                freedom: 1.0,
+            });
+        }
         // Mean products of pairs that share one render, and of pairs that share none.
         let triples = sums.iter().map(|s| s * s).sum::<f64>() - 2.0 * square;
         let one = triples / (count * (count - 1.0) * (count - 2.0)).max(1.0);
@@ -238,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn each_estimate_has_the_right_mean_however_noisy_the_references() {
+    fn estimates_have_expected_means_with_noisy_references() {
         let mut dealer = Dealer::new(1);
         for bias in [0.0, 0.1] {
             let mut means = [Moments::default(); 3];
@@ -267,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn standard_errors_are_those_of_the_estimates() {
+    fn standard_errors_match_the_spread_of_the_estimates() {
         let mut dealer = Dealer::new(2);
         for bias in [0.0, 0.1] {
             let mut values = [Moments::default(); 3];
@@ -292,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn without_bias_p_is_uniform_and_with_it_small() {
+    fn p_values_are_uniform_without_bias_and_small_with_bias() {
         let mut dealer = Dealer::new(3);
         let mut test = |bias: f64| {
             let all = (0..1000).map(|_| {
@@ -314,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn one_render_tells_nothing() {
+    fn single_render_yields_no_estimates() {
         let mut gram = Gram::default();
         gram.push(vec![], &[], 0.5);
         assert_eq!(
@@ -322,5 +329,14 @@ mod tests {
             (None, None, None)
         );
         assert_eq!(gram.squared_errors(), [0.5]);
+    }
+
+    #[test]
+    fn single_pair_of_renders_shows_no_bias() {
+        let mut gram = Gram::default();
+        gram.push(vec![], &[], 0.5);
+        gram.push(vec![0.02], &[0.02], 0.5);
+        let bias = gram.squared_bias().expect("two renders");
+        assert!(bias.value > 0.0 && bias.p_above_zero() > 0.1, "{bias:?}");
     }
 }

@@ -6,12 +6,12 @@
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
 use super::bars::reliability;
-use super::pictures::{AtTime, EXAMPLES, Shown, TIMES, relative_standard_errors};
 use super::reference::References;
 use super::report::LevelReport;
 use super::run::Study;
 use super::runner::{Purpose, Runner, seed_for};
 use super::settings::Watch;
+use super::shown_images::{AtTime, EXAMPLES, Shown, TIMES, relative_standard_errors};
 use super::summary::{Summary, summaries};
 use super::tiles;
 use etendue::Result;
@@ -52,14 +52,18 @@ impl Study<'_> {
             if let Some((report, errors)) = reliability(&shot.film, spp, references) {
                 self.report.variants[index].bars = Some(report);
                 let errors = relative_standard_errors(references, &errors);
-                self.report.pictures.standard_errors.push((index, errors));
+                self.report.images.standard_errors.push((index, errors));
             }
         }
         Ok(Some(()))
     }
 
     /// Selects the images to be shown among those of the levels.
-    pub(super) fn pictures(&mut self, references: &References, runner: &Runner<'_>) -> Result<()> {
+    pub(super) fn show_images(
+        &mut self,
+        references: &References,
+        runner: &Runner<'_>,
+    ) -> Result<()> {
         let found = summaries(&self.report);
         let mut before: Vec<Option<usize>> = Vec::new();
         for seconds in TIMES {
@@ -76,10 +80,7 @@ impl Study<'_> {
                 let pairs = pairs.filter_map(|((index, _), level)| Some((*index, (*level)?)));
                 let shown = pairs.map(|pair| self.shown(pair, references, runner));
                 let shown = shown.collect::<Result<Vec<Shown>>>()?;
-                self.report
-                    .pictures
-                    .at_times
-                    .push(AtTime { seconds, shown });
+                self.report.images.at_times.push(AtTime { seconds, shown });
             }
             before = levels;
         }
@@ -99,7 +100,7 @@ impl Study<'_> {
             let best = candidates.min_by(|a, b| a.0.total_cmp(&b.0));
             if let Some((_, pair)) = best.filter(|(off, _)| *off < SIMILAR.ln()) {
                 let shown = self.shown(pair, references, runner)?;
-                self.report.pictures.examples.push(shown);
+                self.report.images.examples.push(shown);
             }
         }
         Ok(())

@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_reached_follows_from_independent_samples() {
+    fn inverse_law_extrapolation_is_accurate_and_covers_truth() {
         let mut dealer = Dealer::new(1);
         let mut held = 0;
         for _ in 0..60 {
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steeper_law_is_followed_but_not_trusted_for_ever() {
+    fn steeper_law_is_used_with_a_conservative_upper_bound() {
         let curve = curve(&mut Dealer::new(2), |n| n.powf(-1.5), 0.05);
         let law = curve.law().expect("it fits");
         assert!((law.b - 1.5).abs() < 0.05, "{law:?}");
@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_levels_may_follow_another_law() {
+    fn initial_levels_off_the_law_are_excluded_from_the_fit() {
         let bent = |n: f64| 0.5 / n + 0.3 * (-n).exp();
         let curve = curve(&mut Dealer::new(3), bent, 0.02);
         let law = curve.law().expect("the later levels fit");
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_that_hardly_falls_has_no_law() {
+    fn slow_convergence_and_few_levels_give_no_law() {
         let slow = curve(&mut Dealer::new(4), |n| n.powf(-0.3), 0.02);
         assert_eq!(slow.law(), Err(NoLaw::Slow));
         let level = |spp: f64| ErrorLevel {
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_reached_is_measured_and_its_interval_is_closed_by_the_law() {
+    fn reached_errors_are_measured_with_a_finite_interval() {
         let curve = curve(&mut Dealer::new(5), |n| 0.5 / n, 0.2);
         let law = curve.law().expect("it fits");
         // Just before the last level: some replicas reach it only beyond.

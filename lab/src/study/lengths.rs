@@ -98,7 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_add_up_to_the_whole() {
+    fn time_shares_of_bounces_sum_to_one() {
         let round = |scale: f64| -> Vec<[f64; 2]> {
             let all = [
                 [1.0, 0.0],

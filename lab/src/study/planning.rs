@@ -159,7 +159,7 @@ impl Study<'_> {
         let schedule = schedule.map_err(|enough| {
             let enough = Duration::from_secs_f64((1.1 * enough + watch.elapsed()).ceil());
             Error::usage(format!(
-                "a budget of {} s is too small: {} variants of {width} x {height} pixels take at least {} s; give more by --budget, a smaller picture by --size, or vary less",
+                "a budget of {} s is too small: {} variants of {width} x {height} pixels take at least {} s; give more by --budget, a smaller image by --size, or vary less",
                 self.settings.budget,
                 costs.laws.len(),
                 enough.as_secs()
@@ -168,7 +168,7 @@ impl Study<'_> {
         let bytes = bytes(&schedule, f64::from(width) * f64::from(height));
         if bytes > MOST_MEMORY {
             return Err(Error::usage(format!(
-                "{} pictures of {width} x {height} pixels take {:.1} GB of memory; give a smaller picture by --size, or a smaller budget",
+                "{} images of {width} x {height} pixels take {:.1} GB of memory; give a smaller image by --size, or a smaller budget",
                 schedule.renders(),
                 bytes as f64 / 1e9
             )));
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_is_as_large_as_the_time_allows_within_bounds() {
+    fn image_size_fits_the_time_budget_within_bounds() {
         let own = (640, 480);
         assert_eq!(costs(1e-4).fitting_size(own, 10.0), own);
         let (width, height) = costs(2e-3).fitting_size(own, 10.0);

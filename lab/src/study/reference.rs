@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn products_are_relative_and_black_tells_nothing() {
+    fn rel_mse_matches_formula_and_black_references_give_none() {
         let references = References::new(grey(&[0.9, 2.1]), grey(&[1.1, 1.9])).expect("light");
         // r is 1 and 2, its mean 1.5.
         let epsilon = 0.01 * 1.5 * 1.5;

@@ -9,10 +9,10 @@ use super::clock::Seconds;
 use super::fit::TimeLaw;
 use super::gram::Gram;
 use super::lengths::BounceCost;
-use super::pictures::Pictures;
 use super::reference::ReferenceNoise;
 use super::scaling::Scaling;
 use super::schedule::Schedule;
+use super::shown_images::ShownImages;
 use super::variance::PathShares;
 use super::variant::VariantReport;
 use etendue::internals::math::stats::Spread;
@@ -54,7 +54,7 @@ pub struct StudyReport {
     pub effects: Vec<EffectShare>,
     /// Images, which are not part of the JSON.
     #[serde(skip)]
-    pub pictures: Pictures,
+    pub images: ShownImages,
 }
 
 /// The references.

@@ -149,7 +149,7 @@ impl Study<'_> {
             ));
         }
         self.tiles(&references, &runner);
-        self.pictures(&references, &runner)?;
+        self.show_images(&references, &runner)?;
         drop(runner);
         watch.begin("error bars");
         if self.bars(&references, watch)?.is_none() {
@@ -194,7 +194,7 @@ impl Study<'_> {
         let references = References::new(one, two).ok_or_else(|| {
             Error::render("the references are black: relative errors are undefined")
         })?;
-        self.report.pictures.reference = Some(references.mean().clone());
+        self.report.images.reference = Some(references.mean().clone());
         self.report.reference = Some(ReferenceReport {
             integrator: variant.settings.integrator.name(),
             sampler: variant.settings.sampler.name(),

@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_follow_from_the_share_that_is_not_divided() {
+    fn predicted_times_follow_amdahls_law() {
         // A tenth of the time is serial: two threads take 0.55 of the time of one, 64 take 0.1140625.
         let ratios = [0.54, 0.55, 0.56, 0.55];
         let scaling = Scaling::of(2, 64, &ratios).expect("several");
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn a_perfect_division_has_an_end_at_that_of_the_processors() {
+    fn perfect_scaling_gives_zero_serial_fraction() {
         let scaling = Scaling::of(2, 64, &[0.49, 0.5, 0.49, 0.5]).expect("several");
         assert_eq!((scaling.serial.value, scaling.serial.low), (0.0, 0.0));
         assert!(

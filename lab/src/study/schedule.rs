@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn it_fits_and_uses_what_there_is() {
+    fn schedule_fits_and_uses_the_budget() {
         let reference = law(0.002, 0.02);
         for costs in [
             vec![reference],
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn long_renders_are_measured_as_well_as_short_ones() {
+    fn longest_level_takes_the_largest_share_of_time() {
         let cost = law(0.0, 0.02);
         for budget in [60.0, 100.0, 600.0, 1700.0] {
             let schedule = Schedule::fit(&[cost], cost, budget).expect("enough");
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn too_little_is_answered_by_what_is_enough() {
+    fn insufficient_budget_is_rejected_with_a_sufficient_one() {
         let (costs, reference) = ([law(0.0, 1.0), law(0.1, 0.2)], law(0.0, 0.4));
         let enough = Schedule::fit(&costs, reference, 10.0).expect_err("too little");
         assert!(enough > 10.0);
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_have_every_render_once_in_an_order_by_seed() {
+    fn blocks_contain_every_render_once_in_seeded_order() {
         let schedule = Schedule {
             reference_spp: 64,
             seeds: vec![vec![16, 8, 4], vec![16, 12, 8, 6, 4, 4]],

@@ -10,7 +10,7 @@ use etendue::internals::math::rgb::Rgb;
 
 /// All images of a study.
 #[derive(Debug, Clone, Default)]
-pub struct Pictures {
+pub struct ShownImages {
     /// The mean of both references.
     pub reference: Option<Image>,
     /// The variants after certain times.
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn standard_errors_are_relative() {
+    fn relative_standard_errors_match_formula() {
         let grey = |a: f32, b: f32| Image::new(2, 1, vec![Rgb::grey(a), Rgb::grey(b)]);
         let references = References::new(grey(1.0, 1.0), grey(1.0, 1.0)).expect("light");
         let bars = relative_standard_errors(&references, &grey(0.1, 0.2));

@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn tiles_without_bias_are_uniform_and_biased_ones_are_found() {
+    fn tile_p_values_are_uniform_without_bias_and_detect_bias() {
         // Five standard deviations of shares of 800 tiles.
         let [half, few] = shares(0.0);
         assert!(
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn tiles_without_noise_tell_nothing() {
+    fn noise_free_tiles_yield_no_p_values() {
         let grey = Image::filled(8, 8, Rgb::grey(1.0));
         let references = References::new(grey.clone(), grey.clone()).expect("light");
         assert!(p_values(&references, &[grey.clone(), grey]).is_empty());

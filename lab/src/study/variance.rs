@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn shares_are_those_of_independent_parts() {
+    fn variance_shares_match_independent_contributions() {
         // Variances 1 and 4, in every combination: shares 1/5 and 4/5. Means 3 and 1.
         let mut splitter = Lengths::new(4, vec![[1.0; 3]; 2]);
         for _ in 0..2 {
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_without_noise_has_no_shares() {
+    fn noise_free_image_has_no_variance_shares() {
         let mut splitter = Lengths::new(2, vec![[1.0; 3]]);
         for _ in 0..2 {
             sample(&mut splitter, 1.0, 1.0);

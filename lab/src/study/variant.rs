@@ -175,7 +175,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_combination_is_there_once() {
+    fn every_combination_of_choices_occurs_once() {
         let options = AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::Robust,

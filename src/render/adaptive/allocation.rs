@@ -59,11 +59,11 @@ impl Allocation {
                 own[i] = pilot as f64 * estimates[i].relative_variance(0.01 * mean * mean);
             }
         }
-        let neighbours = told_by_neighbours(film, &own);
+        let neighbours = estimated_from_neighbours(film, &own);
         let variances = planted!("pixels-ask-their-own-pilot", own, neighbours);
         let rays = film.ray_counts().into_iter();
         let work: Vec<f64> = rays.map(|count| count as f64 / pilot as f64).collect();
-        let wanted = variances.iter().zip(told_by_neighbours(film, &work));
+        let wanted = variances.iter().zip(estimated_from_neighbours(film, &work));
         let wanted = wanted.map(|(v, work)| {
             // At least one ray is traced for a sample.
             let work = planted!("samples-cost-alike", 1.0, work.max(1.0));
@@ -168,7 +168,7 @@ fn colour(index: usize, width: usize) -> usize {
 }
 
 /// The mean, for each pixel, over its neighbours of the other colour, with larger weights for nearer ones.
-fn told_by_neighbours(film: &Film, own: &[f64]) -> Vec<f64> {
+fn estimated_from_neighbours(film: &Film, own: &[f64]) -> Vec<f64> {
     let width = film.window().width as usize;
     let told = (0..own.len()).map(|index| {
         let (mut sum, mut weights) = (0.0, 0.0);

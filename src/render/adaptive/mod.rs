@@ -89,7 +89,7 @@ mod tests {
     use crate::render::settings::Budget;
 
     #[test]
-    fn a_pilot_is_a_sixteenth_of_the_samples_or_64_but_a_quarter_at_most() {
+    fn pilot_is_a_sixteenth_of_the_budget_within_limits() {
         for (spp, expected) in [
             (1, 4),
             (16, 4),

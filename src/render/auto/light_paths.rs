@@ -63,7 +63,7 @@ pub fn choose(
     observer: &dyn RenderObserver,
 ) -> Result<Option<LightPathChoice>> {
     let may_pay = settings.light_paths == LightPathRule::Auto
-        && view.scene.throws_light()
+        && view.scene.casts_caustics()
         && takes_other_paths(settings)
         && !settings.reuse().is_on();
     if !may_pay {

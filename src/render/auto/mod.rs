@@ -31,6 +31,7 @@ use pilot::Pilot;
 pub use reuse::ReuseChoice;
 pub use rule::Candidate;
 use rule::{Facts, choose};
+pub use window::WindowChoice;
 
 /// The approximate number of pixels of the pilot's images.
 const PIXELS: f64 = 5000.0;
@@ -65,6 +66,8 @@ pub struct PathChoices {
     pub light_paths: Option<LightPathChoice>,
     /// The number of pixels that share their paths.
     pub reuse: Option<ReuseChoice>,
+    /// The weight window of roulette.
+    pub window: Option<WindowChoice>,
 }
 
 impl PathChoices {
@@ -76,7 +79,12 @@ impl PathChoices {
     /// Settings with all choices in place of `auto`.
     fn apply(&self, settings: &RenderSettings) -> RenderSettings {
         let settings = self.apply_light_paths(settings);
-        settings.with_reuse(self.reuse.map(|choice| choice.reuse))
+        let mut settings = settings.with_reuse(self.reuse.map(|choice| choice.reuse));
+        if settings.integrator == IntegratorKind::Path {
+            let chosen = self.window.map(|choice| choice.roulette);
+            settings.roulette = settings.roulette.or(chosen);
+        }
+        settings
     }
 }
 
@@ -95,7 +103,7 @@ pub fn recommend(
         integrator: IntegratorKind::Path,
         ..settings.clone()
     };
-    let choices = choose_for_path(view, threads, &by_path, observer)?;
+    let mut choices = choose_for_path(view, threads, &by_path, observer)?;
     let by_path = choices.apply(&by_path);
     let settings = &by_path;
     let kinds = [
@@ -129,6 +137,7 @@ pub fn recommend(
         candidates,
     };
     let (integrator, why) = choose(&facts);
+    choices.window = window::choose(view, threads, &by_path, observer)?;
     Ok(Recommendation {
         integrator,
         why,
@@ -166,13 +175,12 @@ pub fn settle(
         settled.integrator = recommended.integrator;
         recommendation.insert(recommended).choices
     } else {
-        choose_for_path(view, threads, settings, observer)?
+        let mut choices = choose_for_path(view, threads, settings, observer)?;
+        choices.window = window::choose(view, threads, &choices.apply(settings), observer)?;
+        choices
     };
-    let mut settled = choices.apply(&settled);
-    let window = window::choose(view, threads, &settled, observer)?;
-    settled.roulette = settled.roulette.or(window);
     Ok(Settled {
-        settings: settled,
+        settings: choices.apply(&settled),
         recommendation,
         choices,
     })
@@ -187,7 +195,7 @@ fn choose_for_path(
 ) -> Result<PathChoices> {
     let mut choices = PathChoices {
         light_paths: light_paths::choose(view, threads, settings, observer)?,
-        reuse: None,
+        ..PathChoices::default()
     };
     // Light paths, which exclude shared ones, find what no other path finds well.
     let settings = choices.apply_light_paths(settings);

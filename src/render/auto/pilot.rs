@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn efficiency_is_that_of_the_closed_form() {
+    fn inefficiency_ratio_matches_the_closed_form() {
         use IntegratorKind::{Bidirectional, Path};
         // The relative variance of a pixel that is lit with probability p is (1 - p) / p.
         let pilots = [
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn light_that_path_never_meets_counts_as_its_error() {
+    fn light_missed_by_path_counts_towards_its_inefficiency() {
         use IntegratorKind::{Bidirectional, Path};
         let dark = pilot(Path, 1.0, 1.0, 10.0, 1);
         let other = |light| pilot(Bidirectional, light, 0.8, 20.0, 2);
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn black_pictures_say_nothing() {
+    fn black_pilot_images_have_infinite_inefficiency() {
         let black = pilot(IntegratorKind::Path, 0.0, 0.5, 10.0, 1);
         assert_eq!(inefficiencies(&[black])[0].inefficiency, f64::INFINITY);
     }

@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_bright_window_does_not_decide() {
+    fn cautious_ratio_ignores_a_single_outlier_window() {
         let even = [1.0; 4];
         assert_eq!(cautious_ratio(&[2.0; 4], &even), 2.0);
         assert_eq!(cautious_ratio(&[2.0, 2.0, 100.0, 2.0], &even), 2.0);
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_are_apart_and_within_the_image() {
+    fn pilot_windows_are_distinct_and_within_the_image() {
         for (size, count) in [
             ((1920, 1080), 12),
             ((64, 48), 12),

@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn the_choice_follows_the_facts() {
+    fn integrator_is_chosen_by_inefficiency_and_missed_light() {
         let none = f64::INFINITY;
         for (missed, inefficiencies, choice) in [
             // Alike, somewhat better, better.
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reason_says_what_it_goes_by() {
+    fn reported_reason_names_the_deciding_factor() {
         let says = |facts: &Facts, words: &str| {
             let (_, why) = choose(facts);
             assert!(why.contains(words), "no `{words}` in `{why}`");

@@ -33,8 +33,19 @@ const SEED: u64 = 0x7769_6e64_6f77;
 /// The reciprocal of the smaller window.
 const SMALLER: u8 = 4;
 
-/// The largest ratio of the numbers of rays at which the smaller window is chosen.
-const MOST_RAYS: f64 = 1.15;
+/// A rule of roulette that a pilot has chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WindowChoice {
+    /// The rule.
+    pub roulette: Roulette,
+    /// The number of rays with the smaller window over that with the larger one.
+    pub rays_of_smaller: f64,
+}
+
+impl WindowChoice {
+    /// The ratio of the numbers of rays up to which the smaller window is chosen.
+    pub const MOST_RAYS: f64 = 1.15;
+}
 
 /// Chooses a rule of roulette for settings that name none.
 ///
@@ -45,7 +56,7 @@ pub fn choose(
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
-) -> Result<Option<Roulette>> {
+) -> Result<Option<WindowChoice>> {
     let is_open = settings.has_window_pilot
         && settings.roulette.is_none()
         && settings.integrator == IntegratorKind::Path
@@ -93,6 +104,10 @@ pub fn choose(
         Ok(rendered.rays.total() as f64)
     };
     let usual = settings.roulette();
-    let is_cheap = rays(smaller)? <= MOST_RAYS * rays(usual)?;
-    Ok(Some(if is_cheap { smaller } else { usual }))
+    let rays_of_smaller = rays(smaller)? / rays(usual)?;
+    let is_cheap = rays_of_smaller <= WindowChoice::MOST_RAYS;
+    Ok(Some(WindowChoice {
+        roulette: if is_cheap { smaller } else { usual },
+        rays_of_smaller,
+    }))
 }

@@ -132,7 +132,7 @@ mod tests {
     /// A chain starts at each path with a probability in proportion to its brightness, and all chains together have
     /// each path in proportion to its brightness, to within one chain.
     #[test]
-    fn chains_begin_at_paths_in_proportion_to_brightness() {
+    fn bootstrap_paths_are_chosen_proportionally_to_brightness() {
         let brightness = [3.0, 0.5, 1.5, 5.0];
         let paths = brightness.iter().enumerate().map(|(i, &brightness)| Start {
             sample: i as u32,

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_strategy_has_the_same_share_of_numbers() {
+    fn strategies_are_equally_probable() {
         for edges in 1..=6 {
             let mut counts = [0_u32; 8];
             let cells = 840 * 8;

@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_bounce_limit_is_named_as_bias() {
+    fn bounce_limit_is_reported_as_bias() {
         let mut settings = RenderSettings::new((8, 4), 1);
         assert!(settings.bias(EffectSet::NONE).is_empty());
         settings.max_bounces = Some(3);

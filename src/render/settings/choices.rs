@@ -94,7 +94,7 @@ impl ReuseRule {
     }
 
     /// Whether the rule names a number of pixels that share paths.
-    pub fn asks(self) -> bool {
+    pub fn is_requested(self) -> bool {
         matches!(self, Self::Pixels(reuse) if reuse.is_on())
     }
 }

@@ -29,6 +29,14 @@ impl RenderSettings {
         footprint.map_or(0, Footprint::reach)
     }
 
+    /// The estimator of this filter that a render has.
+    pub fn filter_sampling_of(&self, filter: &Filter) -> FilterSampling {
+        match self.reach(filter) {
+            0 => FilterSampling::Importance,
+            _ => FilterSampling::Splatting,
+        }
+    }
+
     /// The largest number of scattering events, by these settings and by the integrator.
     pub fn most_bounces(&self) -> Option<u32> {
         let limits = [self.max_bounces, self.integrator.most_bounces()];
@@ -151,7 +159,7 @@ mod tests {
 
     /// Elsewhere no other technique, or only a cache, finds what a compensated density leaves out.
     #[test]
-    fn only_path_compensates_the_density_of_environment_maps() {
+    fn mis_compensation_is_used_by_the_path_integrator_only() {
         for &integrator in IntegratorKind::ALL {
             let settings = RenderSettings {
                 integrator,

@@ -28,7 +28,7 @@ impl RenderSettings {
         };
         if !(fits(x, w, width) && fits(y, h, height)) {
             return Err(Error::usage(format!(
-                "the window from ({x}, {y}) of {w} x {h} pixels is not within the picture of {width} x {height}"
+                "the window from ({x}, {y}) of {w} x {h} pixels is not within the image of {width} x {height}"
             )));
         }
         let is_share = |x: f64| x > 0.0 && x < 1.0;
@@ -74,7 +74,7 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn settings_out_of_their_range_are_usage_errors() {
+    fn out_of_range_settings_are_usage_errors() {
         let fine = RenderSettings::new((8, 4), 1);
         assert!(fine.validate((8, 4)).is_ok());
         let window = |x, y, width, height| RenderSettings {

@@ -1,0 +1,188 @@
+//! The images of the three strategies of path tracing beside light paths: the light that is found by scattering, by light
+//! sampling, and by light paths, each with its MIS weights.
+//!
+//! The three images sum to a render in which each sample belongs to one pixel, and each pixel has paths of its own.
+//!
+//! Measure: radiance.
+//! Range: the integrator `path`, with or without light paths; 192 bytes a pixel for each strategy.
+//! Source: `integrator/light_paths/mod.rs`. Tested in `tests/rendering/strategies.rs`.
+
+use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
+use super::dispatch;
+use super::pixel_block::PixelBlock;
+use super::settings::{RenderSettings, ReuseRule};
+use super::strategies;
+use super::{RenderInput, Threads};
+use crate::effects::Effects;
+use crate::effects::kernel::KernelJob;
+use crate::error::Result;
+use crate::film::batches::BATCHES;
+use crate::film::filter::FilterSampling;
+use crate::film::splats::{SplatList, Splats};
+use crate::film::{Film, Window};
+use crate::image::Image;
+use crate::integrator::light_paths::LightPathSplats;
+use crate::integrator::observer::PathObserver;
+use crate::integrator::path::PathIntegrator;
+use crate::integrator::reuse::Reuse;
+use crate::math::rgb::Rgb;
+use crate::sampler::{AnySampler, Batches};
+use rayon::prelude::*;
+
+/// A strategy by which `path` finds a light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathStrategy {
+    /// A scattered ray of a camera path hits the light, or leaves the scene.
+    Scattering,
+    /// Light sampling at a vertex of a camera path.
+    LightSampling,
+    /// A light path whose last surface is connected to the lens.
+    LightPaths,
+}
+
+impl PathStrategy {
+    /// Every strategy.
+    pub const ALL: [Self; 3] = [Self::Scattering, Self::LightSampling, Self::LightPaths];
+
+    /// The name in files, by the vertices of the light subpath (s) or of the camera subpath (t).
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scattering => "s0",
+            Self::LightSampling => "s1",
+            Self::LightPaths => "t1",
+        }
+    }
+}
+
+/// Renders the weighted image of each strategy, in the order of [`PathStrategy::ALL`].
+///
+/// # Errors
+/// The errors of [`strategies::check`].
+pub fn path_strategies(
+    view: &RenderInput<'_>,
+    threads: &Threads,
+    settings: &RenderSettings,
+) -> Result<[Image; 3]> {
+    let spp = strategies::check(settings)?;
+    let settings = &RenderSettings {
+        reuse: ReuseRule::Pixels(Reuse::Off),
+        ..settings.clone()
+    };
+    let pictures = PathStrategy::ALL.map(|_| Splats::new(settings.window));
+    let film = Film::new(settings.window, settings.tile_size);
+    let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
+    let integrator = dispatch::path_with_all(settings);
+    let kernel = dispatch::kernel(view.scene, settings);
+    threads.run(|| {
+        film.tiles().par_iter().with_max_len(1).for_each(|tile| {
+            let job = TileJob {
+                view: *view,
+                pictures: &pictures,
+                image: settings.window,
+                tile: tile.window,
+                spp,
+                integrator,
+                sampler: &sampler,
+            };
+            dispatch::first_or_last(kernel, job);
+        });
+    });
+    Ok(pictures.map(|picture| strategies::image_of(&picture, settings.window, spp)))
+}
+
+/// The job of sampling a tile.
+struct TileJob<'a> {
+    view: RenderInput<'a>,
+    pictures: &'a [Splats; 3],
+    image: Window,
+    tile: Window,
+    spp: u64,
+    integrator: PathIntegrator,
+    sampler: &'a AnySampler,
+}
+
+impl KernelJob for TileJob<'_> {
+    type Output = ();
+
+    fn run<E: Effects>(self) {
+        let RenderInput { scene, filter, .. } = self.view;
+        let integrator = self.integrator;
+        let source = CameraRaySource {
+            scene,
+            filter,
+            filter_sampling: FilterSampling::Importance,
+            sampler: self.sampler,
+        };
+        let mut camera_rays = CameraRays::<E>::new();
+        let mut light_path_splats = LightPathSplats {
+            reaches: &|film| Splats::covers(self.image, filter, film),
+            with_gains: false,
+            splats: Vec::new(),
+        };
+        for block in PixelBlock::covering(self.tile, 1) {
+            let lanes = block.lanes_in(self.tile);
+            for sample in 0..self.spp {
+                camera_rays.clear();
+                let index = PacketIndex { block, sample };
+                let mut found = Found::default();
+                camera_rays.add(&source, index, lanes, &mut found);
+                camera_rays.trace(scene);
+                for lane in lanes.each() {
+                    found = Found::default();
+                    let elsewhere = &mut SplatList::none();
+                    camera_rays.estimate_one(0, lane, scene, integrator, &mut found, elsewhere);
+                    let weight = camera_rays.weight(0, lane);
+                    let Found { by_scattering, lit } = found;
+                    self.add(
+                        PathStrategy::Scattering,
+                        &index,
+                        lane,
+                        weight * by_scattering,
+                    );
+                    self.add(PathStrategy::LightSampling, &index, lane, weight * lit);
+                }
+                let splats = &mut light_path_splats;
+                camera_rays.trace_light_paths(scene, integrator, self.tile, splats);
+                let picture = &self.pictures[PathStrategy::LightPaths as usize];
+                for it in splats.splats.drain(..).map(|it| it.splat) {
+                    if it.value.is_finite() {
+                        picture.add(filter, sample, it.film, it.value);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl TileJob<'_> {
+    /// Adds the light that a sample has found by a strategy to its pixel.
+    fn add(&self, strategy: PathStrategy, index: &PacketIndex, lane: usize, value: Rgb) {
+        if value.is_finite() {
+            // The sums are divided by the samples of all pixels, of which each pixel has one in `pixel_count`.
+            let value = self.image.pixel_count() as f32 * value;
+            let pixel = index.block.pixel(lane);
+            self.pictures[strategy as usize].add_to_pixel(index.sample, pixel, value);
+        }
+    }
+}
+
+/// The light that a camera path has found.
+#[derive(Default)]
+struct Found {
+    by_scattering: Rgb,
+    lit: Rgb,
+}
+
+impl PathObserver for Found {
+    fn environment(&mut self, contribution: Rgb) {
+        self.by_scattering += contribution;
+    }
+
+    fn emission(&mut self, contribution: Rgb, _weight: f32) {
+        self.by_scattering += contribution;
+    }
+
+    fn light(&mut self, contribution: Rgb, _weight: f32, visible: f32) {
+        self.lit += visible * contribution;
+    }
+}

@@ -1,5 +1,5 @@
-//! Holds a picture of somebody else's against the truth: renders the scene until the error is small beside the difference, and
-//! tells how far the picture is off, and where it is by more than chance.
+//! Holds an image of somebody else's against the truth: renders the scene until the error is small beside the difference, and
+//! tells how far the image is off, and where it is by more than chance.
 //!
 //! `cargo run --release --example ground_truth -- scene.toml picture.exr`
 
@@ -29,7 +29,7 @@ fn main() -> Result<()> {
         if size(&reference) != size(&picture) {
             return Err(Error::usage("the picture and the scene differ in size"));
         }
-        // The difference has both errors, the picture's and the reference's.
+        // The difference has both errors, the image's and the reference's.
         let off = rel_mse(&picture, &reference)?.sqrt();
         let error = truth.error(0.95).map_or(1.0, |error| error.upper_bound);
         println!(

@@ -1,4 +1,4 @@
-//! Loads a scene, renders it to an error, and writes the picture with its layers.
+//! Loads a scene, renders it to an error, and writes the image with its layers.
 //!
 //! `cargo run --release --example load_and_render -- scenes/cornell-box/cornell-box.toml box.exr 5`
 

@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn another_film_shows_the_same() {
+    fn changing_the_film_size_keeps_rays_and_scales_per_steradian() {
         let (fine, coarse) = (camera(0.5), camera(0.5).on_film((200, 100), (50, 20)));
         let u = Vec2::new(0.3, 0.8);
         for (x, y) in [(0.0, 0.0), (100.0, 50.0), (60.0, 90.0)] {
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_in_lanes_are_those_of_each_alone() {
+    fn lane_rays_equal_single_rays() {
         let numbers = |step: usize| {
             std::array::from_fn(|lane| (0.618_034 * (step * lane + step) as f32).fract())
         };
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_go_through_the_middle_and_the_corners_of_the_picture() {
+    fn pinhole_rays_match_the_field_of_view_at_centre_and_corners() {
         let towards = |x, y| {
             camera(0.0)
                 .ray::<Everything>(Vec2::new(x, y), Vec2::ZERO, 0.0)
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn all_rays_of_a_lens_meet_in_the_plane_in_focus() {
+    fn thin_lens_rays_converge_in_the_plane_of_focus() {
         let film = Vec2::new(30.0, 80.0);
         let pinhole = camera(0.0).ray::<Everything>(film, Vec2::ZERO, 0.0);
         let meeting = pinhole.at(3.0 / -pinhole.dir.z);
@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn focused_on_infinity_all_rays_of_a_lens_are_parallel() {
+    fn thin_lens_rays_are_parallel_when_focused_at_infinity() {
         let film = Vec2::new(30.0, 80.0);
         let pinhole = camera(0.0).ray::<Everything>(film, Vec2::ZERO, 0.0);
         for focus_distance in [1e19, 1e30, f32::INFINITY] {
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn light_along_a_camera_ray_falls_where_the_ray_comes_from() {
+    fn film_point_is_the_inverse_of_camera_ray_generation() {
         for lens_radius in [0.0, 0.5] {
             for focus_distance in [0.7, 3.0, f32::INFINITY] {
                 let mut camera = camera(lens_radius);
@@ -379,7 +379,7 @@ mod tests {
     /// The solid angle of a small square of film is approximated by the parallelogram that the directions of its
     /// corners span.
     #[test]
-    fn a_steradian_falls_on_as_much_film_as_is_said() {
+    fn film_area_per_steradian_matches_finite_differences() {
         for lens_radius in [0.0, 0.5] {
             let camera = camera(lens_radius);
             for (x, y) in [(100.0, 50.0), (3.0, 90.0), (190.0, 10.0)] {
@@ -403,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lens_of_radius_zero_is_a_pinhole() {
+    fn zero_radius_lens_ray_is_independent_of_the_lens_sample() {
         let film = Vec2::new(30.0, 80.0);
         let pinhole = camera(0.0).ray::<Everything>(film, Vec2::ZERO, 0.0);
         assert_eq!(

@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_place_is_printed_before_the_message_and_the_innermost_one_stays() {
+    fn error_location_precedes_message_and_innermost_is_kept() {
         let error = Error::scene("expected a number")
             .in_field("shape[2].radius")
             .at_line(7)
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cause_is_kept() {
+    fn io_error_keeps_its_source() {
         let cause = std::io::Error::other("disk on fire");
         let error = Error::io("cannot write", Path::new("out.exr"), cause);
         assert!(std::error::Error::source(&error).is_some());

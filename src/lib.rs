@@ -1,6 +1,6 @@
-//! Etendue: a Monte Carlo renderer on Intel Embree 4 that states how wrong its picture is.
+//! Etendue: a Monte Carlo renderer on Intel Embree 4 that states how wrong its image is.
 //!
-//! A [`Session`] holds a scene that was loaded or built in code. It renders pictures to a number of samples, a time or an error,
+//! A [`Session`] holds a scene that was loaded or built in code. It renders images to a number of samples, a time or an error,
 //! with error bars and layers, and answers ray queries.
 //!
 //! ```

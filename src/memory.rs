@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_no_machine_has_is_refused_in_words() {
+    fn impossible_allocation_is_a_memory_error_naming_its_purpose() {
         assert!(check(SMALL, || unreachable!("it is not asked for")).is_ok());
         for bytes in [1 << 60, u64::MAX] {
             let error = check(bytes, || "a tower".to_owned()).expect_err("an exabyte");
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_is_read_in_bytes() {
+    fn meminfo_entries_are_converted_to_bytes() {
         let facts = "MemTotal: 9 kB\nMemAvailable:    1000 kB\nSwapFree:  24 kB\n";
         assert_eq!(entry(facts, "MemAvailable:"), Some(1_024_000));
         assert_eq!(entry(facts, "SwapFree:"), Some(24 * 1024));

@@ -75,7 +75,7 @@ fn named_files(text: &str) -> impl Iterator<Item = &str> {
 }
 
 #[test]
-fn no_text_names_a_folder_of_a_machine() {
+fn text_files_contain_no_machine_specific_paths() {
     let here = root().to_string_lossy();
     let own = Path::new(file!()).file_name();
     for file in texts(root()).iter().filter(|it| it.file_name() != own) {
@@ -88,7 +88,7 @@ fn no_text_names_a_folder_of_a_machine() {
 }
 
 #[test]
-fn files_that_texts_name_are_there() {
+fn paths_quoted_in_text_files_exist() {
     let mut missing = BTreeSet::new();
     let own = Path::new(file!()).file_name();
     for file in texts(root()).iter().filter(|it| it.file_name() != own) {
@@ -106,7 +106,7 @@ fn files_that_texts_name_are_there() {
 }
 
 #[test]
-fn the_reader_of_texts_sees_what_it_should() {
+fn path_scanners_find_machine_specific_and_quoted_paths() {
     let found = |text| foreign_paths(text, "/somewhere/else");
     assert_eq!(found("| 4.4.0 (/work/x/lib.so) |"), ["/work/x/lib.so"]);
     assert_eq!(found("`/home/me/a.toml`"), ["/home/me/a.toml"]);

@@ -30,7 +30,7 @@ fn threads() -> usize {
 }
 
 #[test]
-fn embree_builds_with_the_threads_and_at_the_quality_asked_for() {
+fn embree_build_respects_single_thread_and_quality_options() {
     let world = standing(vec![Geometry::Mesh(needles())]);
     let build = |precision, quality| {
         let options = AccelOptions {

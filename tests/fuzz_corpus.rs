@@ -17,7 +17,7 @@ static MEMORY: PeakAlloc = PeakAlloc;
 const REPEATED: usize = 1 << 18;
 
 #[test]
-fn the_corpus_and_its_lines_many_times_over_are_read_within_bounds() {
+fn fuzz_corpus_is_read_without_panic_and_in_bounded_memory() {
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus");
     for target in TARGETS {
         let name = target.name;

@@ -215,7 +215,7 @@ fn circles(package: &Package) -> Vec<String> {
 }
 
 #[test]
-fn every_module_has_its_place_in_the_house() {
+fn every_root_module_is_assigned_to_a_layer() {
     let known: BTreeSet<&str> = LAYERS.iter().map(|(name, _)| *name).collect();
     let package = package("src");
     let unknown: Vec<_> = package
@@ -234,13 +234,13 @@ fn every_module_has_its_place_in_the_house() {
 }
 
 #[test]
-fn imports_point_down() {
+fn root_modules_import_only_modules_listed_before_them() {
     let wrong = upward_imports(&package("src"));
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 #[test]
-fn no_module_imports_itself_in_a_circle() {
+fn modules_have_no_import_cycles() {
     for sources in ["src", "lab/src", "cli/src", "capi/src"] {
         let wrong = circles(&package(sources));
         assert!(wrong.is_empty(), "{sources}: {wrong:#?}");
@@ -248,7 +248,7 @@ fn no_module_imports_itself_in_a_circle() {
 }
 
 #[test]
-fn unsafe_code_stays_in_its_rooms_and_gives_its_reason() {
+fn unsafe_code_is_in_allowed_places_with_safety_comments() {
     let folders = ["src", "lab/src", "cli/src", "capi/src"].map(|folder| repository().join(folder));
     for file in folders.iter().flat_map(|folder| files_below(folder)) {
         let relative = file
@@ -284,7 +284,7 @@ fn small(files: &[(&str, &str)]) -> Package {
 }
 
 #[test]
-fn an_import_upwards_is_found_in_files_and_in_mod_files() {
+fn upward_imports_are_detected_in_plain_and_mod_files() {
     for importer in ["math/vec.rs", "math/mod.rs", "math.rs"] {
         let wrong = |text| upward_imports(&small(&[(importer, text), ("scene/mod.rs", "")])).len();
         assert_eq!(wrong("use crate::scene::Scene;"), 1, "{importer}");
@@ -300,7 +300,7 @@ fn an_import_upwards_is_found_in_files_and_in_mod_files() {
 }
 
 #[test]
-fn a_circle_is_found_through_folders_and_mod_files() {
+fn import_cycles_are_detected_across_folders_and_mod_files() {
     let settings = ("render/settings.rs", "use super::adaptive::Adaptive;");
     let one_way = [settings, ("render/adaptive/mod.rs", "")];
     assert!(circles(&small(&one_way)).is_empty());

@@ -180,7 +180,7 @@ fn scenes() -> Vec<(&'static str, SceneDescription)> {
 }
 
 #[test]
-fn a_scene_takes_what_is_told_beforehand() {
+fn predicted_scene_memory_bounds_the_peak_within_a_factor_of_4() {
     let mut wrong = vec![];
     for &backend in Backend::ALL {
         for (precision, quality) in [

@@ -267,31 +267,31 @@ unsafe extern "C" fn occluded1(
 }
 
 #[test]
-fn single_rays() {
+fn single_rays_return_known_hits() {
     closest_hits::<1, _, _>(intersect1);
     occlusion::<1, _, _>(occluded1);
 }
 
 #[test]
-fn packets_of_4() {
+fn packets_of_4_return_known_hits() {
     closest_hits::<4, _, _>(rtcIntersect4);
     occlusion::<4, _, _>(rtcOccluded4);
 }
 
 #[test]
-fn packets_of_8() {
+fn packets_of_8_return_known_hits() {
     closest_hits::<8, _, _>(rtcIntersect8);
     occlusion::<8, _, _>(rtcOccluded8);
 }
 
 #[test]
-fn packets_of_16() {
+fn packets_of_16_return_known_hits() {
     closest_hits::<16, _, _>(rtcIntersect16);
     occlusion::<16, _, _>(rtcOccluded16);
 }
 
 #[test]
-fn bindings_agree_with_the_layout_traced_here() {
+fn ray_hit_layout_matches_the_bindings() {
     macro_rules! check {
         ($packet:ident, $n:literal, $($field:ident: $part:ident.$name:ident),*) => {
             $(assert_eq!(

@@ -237,7 +237,7 @@ fn load_bytes(file: &str, bytes: &[u8], scene: &str) {
     std::fs::write(folder.join(file), bytes).expect("the folder is writable");
     let scene = folder.join(scene);
     match load(&scene) {
-        Ok(description) => go_on(description),
+        Ok(description) => load_and_render(description),
         Err(error) => {
             check_error(&error, &[ErrorKind::Scene, ErrorKind::Io]);
             check_place(&error, &scene);
@@ -246,7 +246,7 @@ fn load_bytes(file: &str, bytes: &[u8], scene: &str) {
 }
 
 /// Makes a valid scene ready with every backend, and takes a few samples.
-fn go_on(mut description: SceneDescription) {
+fn load_and_render(mut description: SceneDescription) {
     if primitives(&description) > MOST_TRACED {
         return;
     }

@@ -30,7 +30,7 @@ mod tests {
     use etendue::internals::math::rgb::Rgb;
 
     #[test]
-    fn equal_pictures_look_alike_and_black_and_white_do_not() {
+    fn flip_is_zero_for_equal_images_and_near_one_black_vs_white() {
         let pixels = (0..13 * 7).map(|i| Rgb::grey(0.02 * i as f32)).collect();
         let image = Image::new(13, 7, pixels);
         assert_eq!(flip(&image, &image, 0.0).expect("same size"), 0.0);
@@ -43,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_what_is_shown_that_counts() {
+    fn flip_compares_images_after_exposure_and_clipping() {
         let [grey, bright, brighter] = [0.1, 2.0, 4.0].map(|v| Image::filled(16, 16, Rgb::grey(v)));
         let at = |a, b, exposure| flip(a, b, exposure).expect("same size");
         assert_eq!(at(&bright, &brighter, 0.0), 0.0);
@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn other_sizes_are_refused() {
+    fn mismatched_image_sizes_are_a_usage_error() {
         let black = Image::filled(2, 2, Rgb::BLACK);
         let other = Image::filled(4, 1, Rgb::BLACK);
         let error = flip(&other, &black, 0.0).expect_err("another size");

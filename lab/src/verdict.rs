@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mean_is_close_and_known_or_does_not_pass() {
+    fn mean_passes_only_if_close_and_its_standard_error_is_small() {
         for (off, standard_error, expected) in [
             (5.1, 1.0, Verdict::Passed),
             (5.3, 1.0, Verdict::Failed),

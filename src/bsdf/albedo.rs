@@ -391,7 +391,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tables_agree_with_the_integral() {
+    fn albedo_tables_match_numerical_integration() {
         let (mut worst_loss, mut worst_schlick) = (0.0_f32, 0.0_f32);
         for i in 0..40 {
             let roughness = 0.01 + 0.99 * (i as f32 + 0.37) / 40.0;

@@ -206,7 +206,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn light_between_facets_is_the_sum_over_its_meetings() {
+    fn multiple_scattering_colour_matches_the_geometric_series() {
         let colour = Rgb::new(0.2, 0.7, 0.99);
         let loss = 0.3;
         let mean = SingleScatter { loss, schlick: 0.0 };

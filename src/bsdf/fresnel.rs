@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_nearly_matched_index_keeps_its_reflection() {
+    fn reflectance_is_accurate_for_nearly_matched_indices() {
         for (n, expected) in [(1.0001, 2.499_75e-9), (1.000_001, 2.499_997_5e-13)] {
             // The index itself is rounded: compare with the reflectance of the f32 that is passed.
             let rounded = f64::from(n as f32);
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn the_critical_angle_is_a_clean_edge() {
+    fn reflectance_is_monotonic_across_the_critical_angle() {
         let n = 1.5_f32;
         let critical = (1.0 - 1.0 / f64::from(n * n)).sqrt() as f32;
         let mut last = 1.0;
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ways_through_a_surface_reflect_alike() {
+    fn dielectric_reflectance_is_equal_from_both_sides() {
         for i in 1..=1000 {
             let cos = i as f32 / 1000.0;
             let there = dielectric(cos, 1.0, 1.5);
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn a_metal_without_absorption_is_a_dielectric() {
+    fn conductor_with_zero_k_matches_a_dielectric() {
         for i in 1..=1000 {
             let cos = i as f32 / 1000.0;
             let metal = conductor(cos, 1.5, 0.0);
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn gold_is_gold() {
+    fn gold_reflectance_matches_closed_form_at_normal_incidence() {
         // ((eta - 1)^2 + k^2) / ((eta + 1)^2 + k^2)
         let r = conductor(1.0, 0.18, 3.42);
         assert!((r - 0.945_2).abs() < 1e-3, "{r}");
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn schlick_has_its_closed_mean() {
+    fn schlick_mean_matches_numerical_integration() {
         let n = 10_000;
         let mean: f64 = (0..n)
             .map(|i| {

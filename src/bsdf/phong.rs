@@ -110,7 +110,7 @@ mod tests {
 
     /// Hard case 10.
     #[test]
-    fn the_narrowest_lobe_is_as_exact_as_in_double_precision() {
+    fn narrow_phong_lobe_pdf_matches_double_precision() {
         let n = 1e6_f32;
         let lobe = Phong::new(Rgb::BLACK, Rgb::WHITE, n);
         let mut worst = 0.0_f64;

@@ -185,7 +185,7 @@ mod tests {
     use crate::effects::Effect;
 
     #[test]
-    fn every_set_has_a_kernel_and_the_last_has_everything() {
+    fn every_effect_has_a_kernel_and_the_last_has_all_effects() {
         let last = Kernel::ALL.last().expect("there are kernels");
         assert_eq!(
             (*last, last.effects()),

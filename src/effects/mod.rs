@@ -126,7 +126,7 @@ impl Effect {
             Self::Motion => "a time for every sample, and moving rays and bounds",
             Self::Environment => "light along rays that leave the scene",
             Self::EnvironmentMap => {
-                "sampling a picture of the sky, and its density for rays that leave"
+                "sampling an image of the sky, and its density for rays that leave"
             }
             Self::DeltaLights => "lights that no scattered ray can meet",
             Self::AreaLights => {
@@ -220,7 +220,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sets_hold_what_was_put_into_them() {
+    fn effect_sets_contain_exactly_the_inserted_effects() {
         let set: EffectSet = [Effect::Lens, Effect::Alpha].into_iter().collect();
         assert_eq!(set.len(), 2);
         assert!(set.iter().eq([Effect::Alpha, Effect::Lens]));

@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slot_that_is_off_has_no_size_and_ignores_its_value() {
+    fn disabled_slot_is_zero_sized_and_ignores_updates() {
         let mut off = State::<Off, u64>::new(|| unreachable!("nothing is made"));
         off.update(|_| unreachable!("nothing is changed"));
         assert_eq!((size_of_val(&off), off.or(3)), (0, 3));

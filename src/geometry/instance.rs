@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_goes_straight_from_step_to_step_and_ends_at_the_last() {
+    fn motion_interpolates_linearly_between_steps() {
         let at = |time| walk().at(time).translation;
         assert_eq!(at(0.0), DVec3::ZERO);
         assert_eq!(at(0.25), DVec3::new(2.0, 0.0, 0.0));
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_box_of_a_motion_holds_every_stop() {
+    fn motion_bounds_enclose_every_step() {
         let unit = Bounds::around([DVec3::ZERO, DVec3::ONE]);
         let swept = walk().bounds_of(&unit);
         assert_eq!(swept.min, DVec3::ZERO);
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_is_invertible_unless_it_collapses_on_its_way() {
+    fn motion_is_not_invertible_if_singular_at_any_time() {
         let is_invertible = |steps: &[DAffine3]| {
             let steps = steps.to_vec();
             Instance { group: 0, steps }.is_invertible()

@@ -225,7 +225,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_corner_has_its_own_normal_and_texture_coordinate() {
+    fn interpolation_at_corners_returns_vertex_normals_and_uvs() {
         let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
         let normals = [(0.0, 0.0), (0.6, 0.0), (0.0, 0.8)];
         let normals =

@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn packed_or_not_lookups_are_the_same_to_the_last_bit() {
+    fn packed_and_unpacked_texture_lookups_are_identical() {
         for (values, packs) in [(2, true), (256, true), (257, false)] {
             let image = image(values);
             let packed = PackedImage::new(&image);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_is_packed_once() {
+    fn each_image_is_packed_only_once() {
         let (one, other) = (image(20), image(20));
         let mut packed = PackedImages::default();
         let first = packed.pack(&one);

@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn texel_centres_give_the_texels_with_v_up() {
+    fn texel_centre_lookup_returns_the_texel_with_v_up() {
         let texture = numbers();
         for (v, first) in [(0.75, 0.0), (0.25, 3.0)] {
             for (u, column) in [(0.5 / 3.0, 0.0), (0.5, 1.0), (2.5 / 3.0, 2.0)] {
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_blend_with_the_opposite_side() {
+    fn bilinear_lookup_wraps_around_at_the_edges() {
         let texture = numbers();
         // Half way between the last column and the first one.
         assert!((at(&texture, 0.0, 0.75) - 1.0).abs() < 1e-5);
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn the_picture_repeats_on_both_sides() {
+    fn image_texture_repeats_outside_the_unit_square() {
         let texture = numbers();
         for (u, v) in [(0.1, 0.2), (0.6, 0.9), (0.95, 0.4)] {
             for (du, dv) in [(1.0, 0.0), (-1.0, 3.0), (-7.0, -2.0)] {
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_placed_image_is_the_image_elsewhere_and_tinted() {
+    fn placed_texture_applies_uv_map_wrap_and_tint() {
         let Texture::Image { image, .. } = numbers() else {
             unreachable!("it is an image");
         };
@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_checker_starts_with_its_first_colour_and_floors_negative_fields() {
+    fn checkerboard_starts_with_first_colour_and_floors_negative_uv() {
         let checker = Texture::Checker {
             colours: [Rgb::BLACK, Rgb::WHITE],
             repeat: Vec2::new(4.0, 2.0),
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn constant_textures_are_known_and_give_just_that_colour() {
+    fn constant_textures_are_detected_and_return_their_colour() {
         let colour = Rgb::new(0.1, 0.7, 0.3);
         let image = Texture::Image {
             image: Arc::new(Image::filled(5, 3, colour)),
@@ -314,7 +314,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn any_finite_uv_gives_a_colour_of_the_picture(
+        fn finite_uv_lookup_stays_in_the_image_value_range(
             (u, v) in prop_oneof![
                 (finite(), finite()),
                 (-2.0_f32..2.0, -2.0_f32..2.0),
@@ -325,7 +325,7 @@ mod tests {
         }
 
         #[test]
-        fn no_uv_panics(u: f32, v: f32) {
+        fn lookup_does_not_panic_for_any_uv(u: f32, v: f32) {
             at(&numbers(), u, v);
             at(&Texture::Checker { colours: [Rgb::BLACK; 2], repeat: Vec2::splat(1e30) }, u, v);
         }

@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_are_repeated_mirrored_or_clamped_between_centres() {
+    fn wrap_modes_mirror_and_clamp_between_texel_centres() {
         let near = |a: f32, b: f32| assert!((a - b).abs() < 1e-5, "{a} {b}");
         near(folded(Wrap::Repeat, -7.25), -7.25);
         for (t, mirrored, clamped) in [
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_scales_turns_and_moves() {
+    fn uv_map_applies_its_affine_transform() {
         let map = UvMap {
             rows: [[0.0, -2.0, 0.5], [3.0, 0.0, 0.25]],
             ..UvMap::default()
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn no_coordinate_panics() {
+    fn wrapping_does_not_panic_for_extreme_coordinates() {
         for t in [f32::NAN, f32::INFINITY, -f32::MAX, f32::MAX] {
             for &(_, wrap) in Wrap::ALL {
                 folded(wrap, t);

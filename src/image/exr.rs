@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_comes_back_bit_for_bit_whatever_its_layers() {
+    fn exr_round_trip_is_lossless_with_an_extra_layer() {
         let image = sample_image();
         let albedo = ExtraLayer {
             name: "albedo.R".into(),
@@ -228,7 +228,7 @@ mod tests {
             ..WriteOptions::default()
         };
         let bytes = encoded(&image, &options);
-        assert_eq!(decode(&bytes).expect("a picture"), image);
+        assert_eq!(decode(&bytes).expect("an image"), image);
 
         let file = ::exr::prelude::read()
             .no_deep_data()
@@ -247,14 +247,14 @@ mod tests {
     }
 
     #[test]
-    fn the_same_picture_gives_the_same_bytes() {
+    fn exr_encoding_is_deterministic() {
         let image = Image::filled(300, 200, Rgb::new(0.1, 0.2, 0.3));
         let options = WriteOptions::default();
         assert_eq!(encoded(&image, &options), encoded(&image, &options));
     }
 
     #[test]
-    fn metadata_are_attributes_of_their_types() {
+    fn metadata_is_written_as_typed_exr_attributes() {
         let scene = "/tmp/sch\u{f6}n/\u{65e5}\u{672c}.toml";
         let options = WriteOptions {
             metadata: vec![
@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn luminance_alone_is_grey_and_other_channels_are_named() {
+    fn luminance_only_exr_is_grey_and_others_are_rejected_by_name() {
         let single = |name: &str| {
             let channels =
                 AnyChannels::sort([channel(name, vec![0.25, 4.0])].into_iter().collect());
@@ -296,7 +296,7 @@ mod tests {
                 .expect("encoded");
             decode(bytes.get_ref())
         };
-        let grey = single("Y").expect("a picture");
+        let grey = single("Y").expect("an image");
         assert_eq!(grey.pixels(), [Rgb::grey(0.25), Rgb::grey(4.0)]);
         let depth = single("Z").expect_err("no colour");
         assert!(depth.to_string().contains("channels Z"), "{depth}");

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn tiles_may_be_larger_than_the_picture_but_not_than_the_file_can_hold() {
+    fn exr_tiles_may_exceed_the_image_but_not_the_file_capacity() {
         let tiled = |size: usize| {
             let mut bytes = Cursor::new(Vec::new());
             ExrImage::from_layer(grey("tiles", (2, 1), Blocks::Tiles(Vec2(size, size))))
@@ -109,7 +109,7 @@ mod tests {
             decoded(bytes.get_ref())
         };
         assert_eq!(
-            tiled(1024).expect("a picture").pixels(),
+            tiled(1024).expect("an image").pixels(),
             [Rgb::grey(0.25); 2]
         );
         let vast = tiled(1 << 14).expect_err("268 million pixels");
@@ -118,7 +118,7 @@ mod tests {
 
     /// A file of two parts, whose first part has an offset that points to a block of the second.
     #[test]
-    fn blocks_of_another_part_are_refused() {
+    fn blocks_of_another_part_are_rejected() {
         let (small, large) = ((2, 2), (16, 16));
         let parts = [
             grey("a", small, Blocks::ScanLines),
@@ -131,7 +131,7 @@ mod tests {
             .to_buffered(&mut bytes)
             .expect("encoded");
         let mut bytes = bytes.into_inner();
-        assert_eq!(decoded(&bytes).expect("a picture").pixels().len(), 4);
+        assert_eq!(decoded(&bytes).expect("an image").pixels().len(), 4);
 
         // Each part has a table of line offsets: the first entry is changed to point at the last line of the second
         // part.

@@ -76,7 +76,7 @@ fn check_samples(meta: &MetaData, bytes: usize) -> Result<()> {
         let samples = width.saturating_mul(height).saturating_mul(channels);
         if samples > MAX_SAMPLES || samples > MAX_PIXELS_PER_BYTE * bytes {
             return Err(Error::scene(format!(
-                "a picture of {width} x {height} pixels with {channels} channels is too large, \
+                "an image of {width} x {height} pixels with {channels} channels is too large, \
                  or does not fit in {bytes} bytes"
             )));
         }
@@ -96,7 +96,7 @@ impl<'s> ReadChannels<'s> for PartWith {
     fn create_channels_reader(&'s self, part: &Header) -> ::exr::error::Result<Self::Reader> {
         let refuse = |why: &'static str| Err(::exr::error::Error::NotSupported(why.into()));
         if !self.colours.are_in(part) {
-            return refuse("a part without a picture");
+            return refuse("a part without an image");
         }
         if part.deep {
             return refuse("deep data");
@@ -114,7 +114,7 @@ fn pixels(colours: Colours, channels: &[Layer]) -> Vec<Rgb> {
     let find = |name| {
         let found = channels.iter().find(|channel| channel.name == name);
         &found
-            .expect("the part has the channels of the picture")
+            .expect("the part has the channels of the image")
             .samples
     };
     match colours {
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_comes_back() {
+    fn exr_layers_and_metadata_round_trip() {
         let layer = |name: &str, scale: f32| Layer {
             name: name.into(),
             samples: (0..13 * 7).map(|i| scale * i as f32).collect(),
@@ -188,7 +188,7 @@ mod tests {
             ],
             ..WriteOptions::default()
         };
-        let read = LayeredImage::decode(&encoded(&options), ColourSpace::Srgb).expect("a picture");
+        let read = LayeredImage::decode(&encoded(&options), ColourSpace::Srgb).expect("an image");
         assert_eq!(read.image, sample_image());
         assert_eq!(read.layers, options.layers);
         let depth = read.layer("depth.Z").expect("the layer");
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn other_types_of_samples_and_grey_pictures_are_read() {
+    fn half_and_integer_samples_and_grey_images_are_read() {
         let half = |value: f32| ::exr::prelude::f16::from_f32(value);
         let channels = [
             AnyChannel::new("Y", FlatSamples::F16(vec![half(0.25), half(4.0)])),
@@ -213,13 +213,13 @@ mod tests {
             .write()
             .to_buffered(&mut bytes)
             .expect("encoded");
-        let read = LayeredImage::decode(bytes.get_ref(), ColourSpace::Linear).expect("a picture");
+        let read = LayeredImage::decode(bytes.get_ref(), ColourSpace::Linear).expect("an image");
         assert_eq!(read.image.pixels(), [Rgb::grey(0.25), Rgb::grey(4.0)]);
         assert_eq!(read.layer("id.Y"), Some(&[7.0, 1_048_576.0][..]));
     }
 
     #[test]
-    fn more_channels_than_the_file_can_hold_are_refused() {
+    fn channel_count_beyond_the_file_capacity_is_rejected() {
         // Flat channels compress well, but none to less than a byte in 8256 samples.
         let names = (0..40).map(|i| format!("flat.{i:02}"));
         let flat = |name| Layer {
@@ -231,7 +231,7 @@ mod tests {
             ..WriteOptions::default()
         };
         let bytes = encoded(&options);
-        let (meta, _) = checked_meta_data(&bytes).expect("a picture");
+        let (meta, _) = checked_meta_data(&bytes).expect("an image");
         check_samples(&meta, bytes.len()).expect("it fits");
         let error = check_samples(&meta, 43 * 13 * 7 / MAX_PIXELS_PER_BYTE);
         assert!(

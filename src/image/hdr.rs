@@ -54,11 +54,11 @@ mod tests {
     fn round_trip(image: &Image) -> Image {
         let mut bytes = Vec::new();
         encode(&mut bytes, image).expect("encoded");
-        raster::decode_hdr(&bytes).expect("a picture")
+        raster::decode_hdr(&bytes).expect("an image")
     }
 
     #[test]
-    fn every_pixel_comes_back_within_half_a_step() {
+    fn hdr_round_trip_error_is_at_most_half_a_step() {
         let image = sample_image();
         let read = round_trip(&image);
         for (wrote, read) in image.pixels().iter().zip(read.pixels()) {
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_read_is_written_without_loss_at_every_magnitude() {
+    fn hdr_reencoding_is_lossless_at_every_exponent() {
         for exponent in -125..127 {
             let unit = 2.0_f32.powi(exponent);
             let pixels = [1.0, 0.999, 0.501, 1.0 / 3.0]
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_out_of_range_are_clamped() {
+    fn out_of_range_hdr_values_are_clamped() {
         let odd = Rgb::new(f32::INFINITY, -1.0, f32::NAN);
         let read = round_trip(&Image::filled(2, 2, odd));
         assert_eq!(read.get(0, 0), Rgb::new(MAX, 0.0, 0.0));

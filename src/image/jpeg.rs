@@ -60,7 +60,7 @@ pub(super) mod tests {
     use ::image::codecs::jpeg::JpegEncoder;
     use ::image::{ExtendedColorType, ImageEncoder};
 
-    /// A picture of `width` by 8 pixels, all 128, in one channel or three.
+    /// An image of `width` by 8 pixels, all 128, in one channel or three.
     fn jpeg(width: u32, channels: ExtendedColorType) -> Vec<u8> {
         let mut bytes = Vec::new();
         let samples = vec![128; width as usize * 8 * usize::from(channels.channel_count())];
@@ -86,9 +86,9 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_jpeg_is_read() {
+    fn rgb_and_grey_jpegs_are_decoded() {
         for channels in [ExtendedColorType::Rgb8, ExtendedColorType::L8] {
-            let image = decode(&jpeg(8, channels), ColourSpace::Linear).expect("a picture");
+            let image = decode(&jpeg(8, channels), ColourSpace::Linear).expect("an image");
             assert_eq!((image.width(), image.height()), (8, 8));
             let [r, g, b] = image.get(3, 4).to_array();
             assert!([r, g, b].iter().all(|c| (c - 128.0 / 255.0).abs() < 0.01));
@@ -96,7 +96,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_not_made_up() {
+    fn jpegs_with_missing_scan_data_are_rejected() {
         let whole = jpeg(512, ExtendedColorType::Rgb8);
         let scan = whole.windows(2).position(|marker| marker == [0xFF, 0xDA]);
         let scan = scan.expect("there is a scan") + 2;

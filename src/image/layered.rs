@@ -102,13 +102,13 @@ mod tests {
     use crate::ErrorKind;
 
     #[test]
-    fn every_format_is_read_and_a_missing_layer_is_named_with_its_file() {
+    fn missing_layer_error_names_layer_and_file_in_every_format() {
         let folder = tempfile::tempdir().expect("a folder");
         for name in ["a.exr", "a.png", "a.hdr", "a.pfm"] {
             let path = folder.path().join(name);
             write(&path, &sample_image(), &WriteOptions::default()).expect("written");
-            let read = LayeredImage::read(&path, ColourSpace::Srgb).expect("a picture");
-            let alone = Image::read(&path, ColourSpace::Srgb).expect("a picture");
+            let read = LayeredImage::read(&path, ColourSpace::Srgb).expect("an image");
+            let alone = Image::read(&path, ColourSpace::Srgb).expect("an image");
             assert_eq!(read.image, alone);
             let missing = read.required_layers(["se.R"]).expect_err("no layers");
             assert_eq!(missing.kind(), ErrorKind::Scene);

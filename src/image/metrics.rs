@@ -172,7 +172,7 @@ mod tests {
     use crate::math::rgb::Rgb;
 
     #[test]
-    fn a_constant_error_has_its_closed_form() {
+    fn metrics_match_closed_form_for_a_constant_error() {
         let reference = Image::filled(3, 2, Rgb::grey(2.0));
         for (value, sign) in [(2.5, 1.0), (1.5, -1.0)] {
             let image = Image::filled(3, 2, Rgb::grey(value));
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn the_relative_error_does_not_depend_on_the_exposure() {
+    fn rel_mse_is_invariant_to_exposure() {
         let brighter = |image: &Image, gain: f32| {
             let pixels = image.pixels().iter().map(|&pixel| gain * pixel).collect();
             Image::new(image.width(), image.height(), pixels)
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn squares_of_signed_errors_are_the_relative_ones_whatever_the_channels_do() {
+    fn squared_signed_errors_equal_relative_errors() {
         let reference = Image::filled(2, 1, Rgb::grey(1.0));
         let pixels = vec![Rgb::new(1.5, 0.75, 1.0), Rgb::new(0.5, 1.25, 1.0)];
         let image = Image::new(2, 1, pixels);
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn black_references_and_other_sizes_are_defined() {
+    fn metrics_handle_black_references_and_reject_size_mismatch() {
         let black = Image::filled(2, 2, Rgb::BLACK);
         assert_eq!(rel_mse(&black, &black).expect("same size"), 0.0);
         assert_eq!(mean_differences(&black, &black), [0.0; 3]);
@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn fireflies_are_trimmed_and_no_more_than_the_share() {
+    fn trimmed_mean_excludes_only_the_worst_share() {
         // The two worst of 2500 pixels.
         let mut errors = vec![1.0; 2500];
         errors[17] = f64::INFINITY;
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn the_worst_tile_comes_first_with_its_share() {
+    fn worst_tiles_are_sorted_by_error_share() {
         let mut errors = vec![0.0; 70 * 40];
         // Two errors in the tile at (64, 32), which has 6 x 8 pixels, and one in the first.
         errors[39 * 70 + 69] = 2.0;

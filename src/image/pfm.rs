@@ -99,23 +99,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_comes_back_bit_for_bit() {
+    fn pfm_round_trip_is_lossless() {
         let mut bytes = Vec::new();
         encode(&mut bytes, &sample_image()).expect("encoded");
-        assert_eq!(decode(&bytes).expect("a picture"), sample_image());
+        assert_eq!(decode(&bytes).expect("an image"), sample_image());
     }
 
     #[test]
-    fn grey_and_big_endian_files_are_read_with_their_last_row_on_top() {
+    fn grey_big_endian_pfm_is_read_bottom_to_top() {
         let mut bytes = b"Pf\n1 2\n1.0\n".to_vec();
         bytes.extend(1.0_f32.to_be_bytes());
         bytes.extend(2.0_f32.to_be_bytes());
-        let image = decode(&bytes).expect("a picture");
+        let image = decode(&bytes).expect("an image");
         assert_eq!(image.pixels(), [Rgb::grey(2.0), Rgb::grey(1.0)]);
     }
 
     #[test]
-    fn bad_headers_and_missing_samples_are_errors() {
+    fn malformed_or_truncated_pfm_is_rejected() {
         for text in [
             "PF\n",
             "PF\n1 1\n",

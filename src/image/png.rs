@@ -23,7 +23,7 @@ pub fn png_bytes(image: &Image, exposure: f32) -> Vec<u8> {
 pub fn png_bytes_with_texts(image: &Image, exposure: f32, texts: &[(&str, String)]) -> Vec<u8> {
     let mut bytes = Vec::new();
     encode(&mut bytes, image, exposure, texts)
-        .expect("memory takes every picture of whole pixels, and keywords are short");
+        .expect("memory takes every image of whole pixels, and keywords are short");
     bytes
 }
 
@@ -102,12 +102,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_pixel_comes_back_within_half_a_code() {
+    fn png_round_trip_error_is_at_most_half_a_code() {
         let image = sample_image();
         for exposure in [0.0, -5.5, 1.0] {
             let mut bytes = Vec::new();
             encode(&mut bytes, &image, exposure, &[]).expect("encoded");
-            let read = raster::decode_png(&bytes, ColourSpace::Linear).expect("a picture");
+            let read = raster::decode_png(&bytes, ColourSpace::Linear).expect("an image");
             assert_eq!((read.width(), read.height()), (13, 7));
             for (wrote, read) in image.pixels().iter().zip(read.pixels()) {
                 for (wrote, read) in wrote.to_array().into_iter().zip(read.to_array()) {
@@ -120,20 +120,20 @@ mod tests {
     }
 
     #[test]
-    fn texts_stand_beside_the_picture() {
+    fn png_text_metadata_is_stored_without_changing_the_image() {
         let texts = [("Comment", "\u{65e5}.exr, scale \u{b1} 0.25".to_owned())];
         let bytes = png_bytes_with_texts(&sample_image(), 0.0, &texts);
         let reader = ::png::Decoder::new(io::Cursor::new(&bytes)).read_info();
-        let info = reader.expect("a picture").info().clone();
+        let info = reader.expect("an image").info().clone();
         let [found] = info.utf8_text.as_slice() else {
             panic!("{} texts", info.utf8_text.len());
         };
         let text = found.get_text().expect("it is UTF-8");
         assert_eq!((&*found.keyword, &text), (texts[0].0, &texts[0].1));
         assert_eq!(
-            raster::decode_png(&bytes, ColourSpace::Srgb).expect("a picture"),
+            raster::decode_png(&bytes, ColourSpace::Srgb).expect("an image"),
             raster::decode_png(&png_bytes(&sample_image(), 0.0), ColourSpace::Srgb)
-                .expect("a picture")
+                .expect("an image")
         );
     }
 }

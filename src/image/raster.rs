@@ -185,34 +185,34 @@ mod tests {
     }
 
     #[test]
-    fn eight_bit_colours_go_through_the_transfer_function_only_when_asked() {
+    fn eight_bit_srgb_is_linearised_only_when_requested() {
         let bytes = png(&[0, 128, 255, 10, 20, 30], 2, ExtendedColorType::Rgb8);
-        let linear = decode_png(&bytes, ColourSpace::Linear).expect("a picture");
+        let linear = decode_png(&bytes, ColourSpace::Linear).expect("an image");
         assert_eq!(linear.get(0, 0), Rgb::new(0.0, 128.0 / 255.0, 1.0));
-        let srgb = decode_png(&bytes, ColourSpace::Srgb).expect("a picture");
+        let srgb = decode_png(&bytes, ColourSpace::Srgb).expect("an image");
         let [r, g, b] = srgb.get(0, 0).to_array();
         assert_eq!((r, b), (0.0, 1.0));
         assert!((g - 0.215_860_5).abs() < 1e-6);
     }
 
     #[test]
-    fn grey_fills_all_channels_and_alpha_is_dropped() {
+    fn grey_is_replicated_to_rgb_and_alpha_is_dropped() {
         let grey = png(&[51, 0], 1, ExtendedColorType::La8);
-        let grey = decode_png(&grey, ColourSpace::Linear).expect("a picture");
+        let grey = decode_png(&grey, ColourSpace::Linear).expect("an image");
         assert_eq!(grey.get(0, 0), Rgb::grey(0.2));
         let rgba = png(&[255, 51, 0, 0], 1, ExtendedColorType::Rgba8);
-        let rgba = decode_png(&rgba, ColourSpace::Linear).expect("a picture");
+        let rgba = decode_png(&rgba, ColourSpace::Linear).expect("an image");
         assert_eq!(rgba.get(0, 0), Rgb::new(1.0, 0.2, 0.0));
     }
 
     #[test]
-    fn sixteen_bits_keep_their_precision() {
+    fn sixteen_bit_samples_keep_full_precision() {
         let samples: Vec<u8> = [1_u16, 256, 65535]
             .into_iter()
             .flat_map(u16::to_ne_bytes)
             .collect();
         let bytes = png(&samples, 1, ExtendedColorType::Rgb16);
-        let image = decode_png(&bytes, ColourSpace::Linear).expect("a picture");
+        let image = decode_png(&bytes, ColourSpace::Linear).expect("an image");
         let expected = Rgb::new(1.0 / 65535.0, 256.0 / 65535.0, 1.0);
         assert_eq!(image.get(0, 0), expected);
     }

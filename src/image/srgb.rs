@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_code_comes_back_even_through_single_precision() {
+    fn srgb_codes_round_trip_also_through_single_precision() {
         for code in 0..=u8::MAX {
             let linear = to_linear(f64::from(code) / 255.0);
             assert_eq!(to_code(linear), code);
@@ -42,7 +42,7 @@ mod tests {
     }
 
     #[test]
-    fn both_functions_rise_and_undo_each_other() {
+    fn srgb_encoding_is_increasing_and_inverted_by_decoding() {
         let mut last = -1.0;
         for i in 0..=10_000 {
             let linear = f64::from(i) / 10_000.0;
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_are_clamped() {
+    fn out_of_range_values_are_clamped_to_valid_codes() {
         assert_eq!(to_code(-1.0), 0);
         assert_eq!(to_code(1e30), 255);
         assert_eq!(to_code(f64::INFINITY), 255);

@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tiles_have_every_pixel_once() {
+    fn image_tiles_cover_every_pixel_exactly_once() {
         for (width, height, side) in [(13, 7, 4), (32, 32, 32), (1, 1, 32), (65, 2, 32)] {
             let mut seen: Vec<usize> = ImageTile::all(width, height, side)
                 .flat_map(|tile| tile.indices(width))

@@ -28,7 +28,7 @@ impl Format {
             Some("hdr") => Ok(Self::Hdr),
             Some("pfm") => Ok(Self::Pfm),
             _ => Err(Error::usage(format!(
-                "cannot write a picture as \"{}\": expected a name that ends in .exr, .png, .hdr or .pfm",
+                "cannot write an image as \"{}\": expected a name that ends in .exr, .png, .hdr or .pfm",
                 path.display()
             ))),
         }
@@ -73,7 +73,7 @@ mod tests {
     use crate::ErrorKind;
 
     #[test]
-    fn every_extension_writes_what_is_read_again() {
+    fn every_extension_round_trips_the_image_size() {
         let folder = tempfile::tempdir().expect("a folder");
         for name in ["a.exr", "a.EXR", "a.png", "a.hdr", "a.pfm"] {
             let path = folder.path().join(name);
@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_extension_is_refused_before_anything_is_written() {
+    fn unknown_extension_is_rejected_without_writing_a_file() {
         let folder = tempfile::tempdir().expect("a folder");
         for name in ["a.tiff", "a", "exr"] {
             let path = folder.path().join(name);

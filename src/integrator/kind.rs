@@ -139,7 +139,7 @@ impl IntegratorKind {
     pub fn bias(self, effects: EffectSet) -> Option<String> {
         let name = self.name();
         if self == Self::AmbientOcclusion {
-            return Some(format!("{name}: the picture shows no light"));
+            return Some(format!("{name}: the image shows no light"));
         }
         let technique = self.technique().unwrap_or(Technique::PATH);
         let mut lacks = Vec::new();
@@ -170,7 +170,7 @@ mod tests {
 
     /// Row 56 of docs/hard-cases.md: where no technique finds a class of paths, error bars do not show it.
     #[test]
-    fn what_mirrors_throw_of_lights_without_a_size_is_said_to_be_missing() {
+    fn missing_specular_paths_from_delta_lights_are_reported() {
         let lights = EffectSet::NONE.with(Effect::DeltaLights);
         let both = lights.with(Effect::Specular);
         for &integrator in IntegratorKind::ALL {

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_groups_of_a_packet_are_disjoint() {
+    fn reuse_groups_partition_the_packet() {
         for (reuse, size) in [(Reuse::Off, 1), (Reuse::Four, 4), (Reuse::Sixteen, 16)] {
             for lane in 0..LANES {
                 let group = reuse.group_of(lane);

@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_read_as_they_are_written() {
+    fn roulette_names_round_trip_and_bad_windows_are_rejected() {
         for text in ["none", "albedo", "throughput", "window=1/4"] {
             let roulette: Roulette = text.parse().expect("a rule");
             assert_eq!(roulette.to_string(), text);
@@ -201,7 +201,7 @@ mod tests {
 
     /// The mean throughput after roulette is that before, and survivors have the weight of the window.
     #[test]
-    fn a_window_keeps_the_mean_throughput() {
+    fn weight_window_preserves_expected_throughput() {
         for (parts, beta) in [(1, 0.3), (4, 0.3), (4, 0.1), (8, 0.01), (64, 1.0)] {
             let window = WeightWindow::one_part_in(parts).expect("it is from 1 to 64");
             let survival = Roulette::Window(window).survival();

@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn densities_cover_all_rays_of_a_point_once() {
+    fn guided_pdf_matches_sampling_over_the_sphere_of_directions() {
         let own = EmissionPdf {
             position: None,
             direction: Some(PdfSolidAngle(warp::PDF_SPHERE_UNIFORM)),
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn densities_cover_all_parallel_rays_once() {
+    fn guided_pdf_matches_sampling_of_parallel_rays() {
         let area = PI * AROUND.radius * AROUND.radius;
         let own = EmissionPdf {
             position: Some(PdfArea(1.0 / area)),

@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_box_grows_from_nothing() {
+    fn bounds_start_empty_and_enclose_the_given_points() {
         assert!(Bounds::default().is_empty());
         let bounds = Bounds::around([DVec3::ZERO, DVec3::new(2.0, 4.0, 6.0)]);
         assert!(!bounds.is_empty());

@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn no_order_and_no_division_changes_a_bit() {
+    fn exact_sums_are_independent_of_order_and_grouping() {
         let mut terms = terms();
         let whole = sum(&terms);
         for parts in [2, 7, 64] {

@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn conversions_are_inverse_and_refuse_the_edge_on_view() {
+    fn pdf_conversions_round_trip_and_reject_zero_cos_or_distance() {
         let there = PdfArea(0.25).to_solid_angle(9.0, -0.5);
         assert_eq!(there, Some(PdfSolidAngle(4.5)));
         let back = there.and_then(|pdf| pdf.to_area(9.0, -0.5));

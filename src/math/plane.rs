@@ -200,7 +200,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_mean_is_over_what_lies_within() {
+    fn box_mean_averages_only_pixels_inside_the_plane() {
         let plane = Plane::new(3, 2, vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
         let mean = plane.box_mean(1);
         assert_eq!(mean.values, [3.0, 3.5, 4.0, 3.0, 3.5, 4.0]);
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_others_leaves_the_pixel_out_however_bright_it_is() {
+    fn mean_of_others_excludes_the_centre_pixel() {
         let (width, height) = (7, 5);
         let values: Vec<f32> = (0..35).map(|i| ((i * i) % 11) as f32).collect();
         let plane = Plane::new(width, height, values);
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn the_least_is_over_what_lies_within() {
+    fn box_min_covers_only_pixels_inside_the_plane() {
         let plane = Plane::new(4, 2, vec![4.0, 9.0, 9.0, 3.0, 5.0, 9.0, 9.0, 9.0]);
         let least = plane.box_min(1);
         assert_eq!(least.values, [4.0, 4.0, 3.0, 3.0, 4.0, 4.0, 3.0, 3.0]);
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn beyond_the_border_is_the_border() {
+    fn lookups_beyond_the_border_are_clamped() {
         let plane = Plane::new(2, 2, vec![1.0, 2.0, 3.0, 4.0]);
         assert_eq!(
             [plane.at(-3, 0), plane.at(5, 5), plane.at(1, 0)],

@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn lerp_meets_both_ends() {
+    fn lerp_returns_the_endpoints_at_zero_and_one() {
         let (a, b) = (Rgb::new(1.0, 2.0, 3.0), Rgb::new(4.0, 0.0, -1.0));
         assert_eq!(a.lerp(b, 0.0), a);
         assert_eq!(a.lerp(b, 1.0), b);

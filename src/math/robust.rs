@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_offset_point_is_beyond_its_error_bound_on_the_asked_side() {
+    fn offset_point_clears_its_error_bound_on_the_given_side() {
         for i in 0..6000 {
             let (turn, exponent) = (i as f32, i % 60 - 30);
             let n = Vec3::new(turn.sin(), (1.7 * turn).cos(), (0.3 * turn).sin()).normalize();

@@ -180,7 +180,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_die_has_its_mean_and_variance() {
+    fn moments_match_the_mean_and_variance_of_a_die() {
         let die = Moments::of((1..=6).map(f64::from));
         assert_eq!(die.mean(), 3.5);
         assert!((die.variance().expect("six numbers") - 3.5).abs() < 1e-12);
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_are_those_of_the_tables() {
+    fn quantiles_match_published_tables() {
         assert!((normal_quantile(0.975) - 1.959_963_984_540).abs() < 1e-8);
         assert!((student_quantile(16, 0.95) - 2.131_449_545_6).abs() < 1e-8);
         // 2.7764 and 3.1824, times the roots of 1/2 and 1/3.
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn p_values_undo_quantiles_and_become_normal_without_a_jump() {
+    fn p_values_invert_quantiles_and_join_the_normal_continuously() {
         for freedom in [1.0, 15.0, 1e3, 0.999 * NORMAL_FREEDOM, f64::INFINITY] {
             for p in [0.5, 0.05, 1e-3, 1e-6] {
                 let t = student_quantile_of(freedom, 1.0 - 0.5 * p);
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn merging_is_as_good_as_one_stream() {
+    fn merged_moments_match_a_single_pass() {
         let numbers: Vec<f64> = (0..100).map(|i| f64::from(i).sin() + 1e6).collect();
         let whole = Moments::of(numbers.iter().copied());
         let parts = Moments::of(numbers[..37].iter().copied())

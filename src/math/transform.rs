@@ -46,7 +46,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_flattens_space_or_is_no_number_is_told_from_what_turns_it() {
+    fn is_rotation_and_is_invertible_classify_matrices() {
         let turned = DMat3::from_rotation_y(0.3);
         assert!(is_rotation(&turned) && is_invertible(&turned));
         let tiny = 1e-9 * turned;
@@ -60,7 +60,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_looks_against_its_z_with_up_above() {
+    fn look_at_faces_negative_z_and_rejects_degenerate_input() {
         let placed = look_at(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, DVec3::Y);
         let expected = DAffine3::from_translation(DVec3::new(0.0, 0.0, 5.0));
         assert!(

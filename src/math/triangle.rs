@@ -137,7 +137,7 @@ mod tests {
     ];
 
     #[test]
-    fn a_line_meets_the_plane_where_it_should() {
+    fn line_plane_intersection_returns_parameter_and_barycentrics() {
         let found = meet_plane(
             TRIANGLE,
             DVec3::new(1.0, 2.0, 0.0),
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_meets_the_triangle_from_both_sides_and_along_every_axis() {
+    fn line_intersects_triangle_from_both_sides_along_every_axis() {
         for turns in 0..3 {
             let turn = |p: DVec3| (0..turns).fold(p, |p, _| DVec3::new(p.z, p.x, p.y));
             let triangle = TRIANGLE.map(|p| turn(p).as_vec3a());
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_met_edge_on_or_without_a_direction_or_where_vertices_are_on_a_line() {
+    fn edge_on_zero_direction_and_degenerate_triangles_never_hit() {
         let [a, b, c] = TRIANGLE.map(|p| p.as_vec3a());
         let up = Line::new(DVec3::new(1.0, 1.0, 0.0), DVec3::Z);
         let edge_on = Line::new(DVec3::new(-1.0, 1.0, 2.0), DVec3::X);
@@ -196,7 +196,7 @@ mod tests {
     /// Lines aimed at the vertex in the middle of a fan of triangles, and at its edges. In Plücker coordinates
     /// rounding would decide six signs; if these were independent, all would be the same once in 32 lines.
     #[test]
-    fn no_line_slips_through_a_fan() {
+    fn intersection_is_watertight_in_a_triangle_fan() {
         let mut numbers =
             (0_u32..).map(|i| (i.wrapping_mul(2_654_435_769) >> 8) as f32 / 16_777_216.0);
         let mut next = |scale: f32| scale * (2.0 * numbers.next().expect("endless") - 1.0);
@@ -224,14 +224,14 @@ mod tests {
     }
 
     #[test]
-    fn clamping_ends_inside() {
+    fn clamped_barycentrics_lie_inside_the_triangle() {
         assert_eq!(clamp_to_triangle([0.25, 0.5]), [0.25, 0.5]);
         assert_eq!(clamp_to_triangle([-1.0, 2.0]), [0.0, 1.0]);
         assert_eq!(clamp_to_triangle([1.0, 1.0]), [0.5, 0.5]);
     }
 
     #[test]
-    fn the_nearest_point_of_a_needle_is_across_it() {
+    fn nearest_point_is_accurate_in_a_needle_triangle() {
         let needle = [
             DVec3::ZERO,
             DVec3::new(1.0, 0.0, 0.0),

@@ -182,14 +182,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn reflection_keeps_the_angle_and_changes_the_side() {
+    fn reflect_mirrors_the_direction_about_the_normal() {
         let n = Vec3::new(0.0, 0.0, 1.0);
         let w = Vec3::new(0.6, 0.0, 0.8);
         assert!((reflect(w, n) - Vec3::new(-0.6, 0.0, 0.8)).length() < 1e-6);
     }
 
     #[test]
-    fn both_vector_types_give_the_same_bits() {
+    fn vec3_and_lane_vec3_operations_are_bit_identical() {
         let number = |i: i32| (i as f32 * 0.7).sin() * 2.0_f32.powi(i % 40 - 20);
         let all = |i: i32| [number(3 * i), number(3 * i + 1), number(3 * i + 2)];
         fn results<V: Vector>(a: V, b: V) -> Vec<u32> {

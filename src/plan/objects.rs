@@ -47,8 +47,8 @@ impl Object {
             Effect::Instances if self.calls_for.has(Effect::Motion) => "moves",
             Effect::Instances if self.written.has(Effect::Instances) => "places a group",
             Effect::Instances => "is stretched by its keyframes",
-            Effect::LightPaths => "asks for light paths",
-            Effect::Reuse => "asks for shared paths",
+            Effect::LightPaths => "requests light paths",
+            Effect::Reuse => "requests shared paths",
         }
     }
 }

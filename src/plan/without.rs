@@ -26,7 +26,7 @@ use crate::scene::description::{
     ColourDescription, GeometryDescription, LightModel, MaterialDescription, MaterialModel,
     MeshDescription, SceneDescription, Written,
 };
-use crate::scene::placement::{self, stands_alone};
+use crate::scene::placement::{self, forms_own_group};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -83,7 +83,9 @@ pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescripti
         Effect::Instances => {
             let shutter = scene.camera.shutter;
             scene.instances.clear();
-            scene.shapes.retain(|shape| !stands_alone(shape, shutter));
+            scene
+                .shapes
+                .retain(|shape| !forms_own_group(shape, shutter));
         }
         Effect::LightPaths => scene.render.light_paths = Some(off()),
         Effect::Reuse => scene.render.reuse = Some(off()),

@@ -39,7 +39,7 @@ const FOLDER_VARIABLE: &str = "OIDN_DIR";
 
 /// The images to denoise, row by row, three channels a pixel.
 #[derive(Debug)]
-pub struct Pictures<'a> {
+pub struct Images<'a> {
     /// Width and height in pixels.
     pub size: [usize; 2],
     /// Colour images, each replaced by its result.
@@ -54,16 +54,16 @@ pub struct Pictures<'a> {
 ///
 /// # Errors
 /// If the library is not found, is older than version 2, or fails.
-pub fn filter(pictures: Pictures<'_>) -> Result<()> {
+pub fn filter(images: Images<'_>) -> Result<()> {
     let library = load()?;
     let functions = Functions::of(&library)?;
     let device = Device::new(&functions)?;
-    let Pictures {
+    let Images {
         size,
         colours,
         mut albedo,
         mut normal,
-    } = pictures;
+    } = images;
     // Guides of few samples are noisy themselves: denoised ones keep more detail.
     device.execute(size, &mut albedo, "albedo", &mut [])?;
     device.execute(size, &mut normal, "normal", &mut [])?;
@@ -242,11 +242,11 @@ impl<'a> Device<'a> {
         assert!(
             guides.iter().all(|(_, guide)| guide.len() == picture.len())
                 && picture.len() == width * height,
-            "pictures of one view have the same size"
+            "images of one view have the same size"
         );
         let functions = self.functions;
         let place = picture.as_mut_ptr().cast::<c_void>();
-        // SAFETY: the device is alive, and the filter is released below and nowhere else. The pictures have width *
+        // SAFETY: the device is alive, and the filter is released below and nowhere else. The images have width *
         // height pixels of three floats without gaps, and are borrowed until the filter has been executed.
         unsafe {
             let filter = (functions.new_filter)(self.handle, c"RT".as_ptr());

@@ -303,7 +303,7 @@ mod tests {
     use rand_pcg::Pcg32;
 
     #[test]
-    fn numbers_are_those_of_pcg() {
+    fn independent_sampler_matches_pcg32() {
         let (seed, pixel) = (9, [3, 5]);
         let pixel_seed = hash::pixel_seed(seed, pixel);
         let mut sampler = Independent::new(seed);

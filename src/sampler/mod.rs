@@ -224,7 +224,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn decisions_never_share_a_number() {
+    fn decisions_use_disjoint_random_number_slots() {
         let mut taken = std::collections::HashSet::new();
         let mut take = |decision: Decision, count: u64| {
             for i in 0..count {
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_number_is_below_one() {
+    fn largest_uniform_number_is_one_minus_epsilon() {
         assert_eq!(to_unit(u32::MAX), crate::math::vec::ONE_MINUS_EPSILON);
         assert_eq!(to_unit(0), 0.0);
     }

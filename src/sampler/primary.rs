@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_the_same_whenever_it_is_asked_for_and_after_a_rejection() {
+    fn primary_samples_are_reproducible_and_restored_on_rejection() {
         let mut chain = Primary::new(3);
         let mut here = numbers(&mut chain);
         assert_eq!(numbers(&mut Primary::new(3)), here);
@@ -245,7 +245,7 @@ mod tests {
 
     /// Numbers stay uniform if every step is accepted, also those that are seldom drawn.
     #[test]
-    fn steps_leave_numbers_uniform() {
+    fn accepted_mutations_preserve_the_uniform_distribution() {
         let mut often = [0_u32; 16];
         let mut seldom = [0_u32; 16];
         let mut beside = 0.0;
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn small_steps_have_the_deviation_that_they_should_however_long_a_number_slept() {
+    fn small_steps_have_expected_variance_when_updated_lazily() {
         // The mean of the variance, whose logarithm is uniform.
         let [least, most] = [STEPS.start, STEPS.end].map(|deviation| deviation * deviation);
         let of_one_step = (most - least) / (most / least).ln();

@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_points_are_the_published_ones() {
+    fn first_sobol_points_match_published_values() {
         let published = [
             [0.0, 0.0, 0.0, 0.0],
             [0.5, 0.5, 0.5, 0.5],
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_computed_and_what_is_looked_up_are_the_direction_numbers() {
+    fn sobol_points_match_the_direction_numbers() {
         let v = direction_numbers();
         for i in 0..100_000 {
             let index = hash::mix(i) as u32;
@@ -396,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn every_pair_with_van_der_corput_fills_elementary_intervals() {
+    fn first_two_dimensions_fill_elementary_intervals() {
         // Dimensions 1 and 2 form a (0, 2)-sequence: every 16 points put one into each box of 2^-a by 2^(a-4).
         for block in 0..8_u32 {
             for a in 0..=4 {

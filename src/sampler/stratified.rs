@@ -173,7 +173,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn permutations_reach_every_place_once() {
+    fn permutations_are_bijective() {
         for count in (1..=130).chain([1000, 65_535, 65_536]) {
             for seed in 0..8 {
                 let mut places: Vec<u32> = (0..count)
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_are_of_the_number_of_samples_where_that_is_known() {
+    fn sample_set_size_is_the_sample_count_or_the_default() {
         let set = |samples| Stratified::new(0, samples).grid.samples;
         assert_eq!(set(None), 64);
         assert_eq!([1, 100, 65_536].map(|n| set(Some(n))), [1, 100, 65_536]);

@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn items_are_chosen_in_proportion_to_their_weights() {
+    fn alias_table_probabilities_are_proportional_to_weights() {
         let weights = [0.0, 3.0, 1e-30, 0.5, 0.0, 7.25, 0.0];
         let table = AliasTable::new(&weights).expect("valid weights");
         let sum: f64 = weights.iter().sum();
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn an_item_of_weight_zero_is_never_chosen() {
+    fn zero_weight_items_are_never_sampled() {
         for weights in [
             vec![0.0, 1.0, 0.0],
             vec![0.0, 1e-300, 0.0, 0.3, 0.3, 0.3, 0.0],
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_that_are_no_weights_are_refused() {
+    fn invalid_weights_are_rejected() {
         for weights in [
             vec![],
             vec![0.0],

@@ -30,7 +30,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn weights_of_both_techniques_sum_to_one_over_the_whole_range() {
+    fn power_heuristic_weights_sum_to_one_for_extreme_pdfs() {
         for i in -37..38 {
             for j in -37..38 {
                 let p = PdfSolidAngle(10.0_f32.powi(i));
@@ -43,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn one_more_strategy_takes_its_share_from_all_others() {
+    fn adding_a_strategy_gives_the_joint_power_heuristic_weight() {
         let (p, q) = (PdfSolidAngle(0.3), PdfSolidAngle(0.6));
         let [a, b] = [power_heuristic(p, q), power_heuristic(q, p)];
         // The third strategy has the density 0.9: squares of 1 : 2 : 3.
@@ -55,7 +55,7 @@ mod tests {
 
     /// Weights of any exponent sum to one; this test is specific to exponent 2.
     #[test]
-    fn twice_the_density_counts_four_times() {
+    fn power_heuristic_has_exponent_two() {
         let (once, twice) = (PdfSolidAngle(0.3), PdfSolidAngle(0.6));
         assert_eq!(power_heuristic(once, twice), 0.2);
         assert_eq!(power_heuristic(twice, once), 0.8);

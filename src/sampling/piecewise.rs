@@ -191,7 +191,7 @@ mod tests {
     const LAST: f64 = 1.0 - 1.0 / 16_777_216.0;
 
     #[test]
-    fn the_ends_of_the_interval_never_find_a_piece_of_no_weight() {
+    fn zero_weight_pieces_are_never_sampled() {
         for weights in [
             vec![0.0, 1.0, 0.0],
             vec![0.0, 0.0, 1e-300, 2.0, 0.0, 5e-324, 0.0],
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_that_are_no_weights_are_refused() {
+    fn invalid_weights_are_rejected() {
         for weights in [
             vec![],
             vec![0.0],
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn strata_of_u_fall_into_pieces_by_their_weight() {
+    fn sampling_is_monotone_and_proportional_to_weight() {
         let weights = [3.0, 0.0, 1.0, 4.0];
         let distribution = Piecewise1d::new(&weights).expect("valid weights");
         let mut counts = [0; 4];
@@ -243,7 +243,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn inverting_gives_u_back_and_densities_agree(
+        fn inversion_recovers_u_and_pdf_matches_weights(
             weights in prop::collection::vec(prop_oneof![Just(0.0), 0.01..10.0_f64], 12),
             u in (0.0..LAST, 0.0..LAST),
         ) {

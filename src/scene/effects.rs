@@ -9,11 +9,11 @@ use super::description::{
     CameraDescription, GeometryDescription, InstanceDescription, Key, LightDescription, LightModel,
     MaterialDescription, SceneDescription, ShapeDescription,
 };
-use super::guides::throws_light;
+use super::guides::casts_caustics;
 use super::keyframes;
 use super::material::Material;
 use super::placed::has_shading_normals;
-use super::placement::{Layout, stands_alone};
+use super::placement::{Layout, forms_own_group};
 use crate::effects::{Effect, EffectSet};
 
 /// Whether keyframes move anything while the shutter is open.
@@ -49,7 +49,7 @@ pub fn of_shape(shape: &ShapeDescription, shutter: [f64; 2]) -> EffectSet {
             emission.is_some_and(|e| e.constant().is_none()),
         )
         .with_if(Effect::Motion, moving)
-        .with_if(Effect::Instances, stands_alone(shape, shutter))
+        .with_if(Effect::Instances, forms_own_group(shape, shutter))
 }
 
 /// Returns the effects of an instance, excluding its group.
@@ -91,7 +91,7 @@ pub fn of_reuse(description: &SceneDescription) -> EffectSet {
 /// Returns the effects of a scene's number of light paths.
 pub fn of_light_paths(description: &SceneDescription) -> EffectSet {
     let has_light_paths = match &description.render.light_paths {
-        Some(rule) if rule.value == "auto" => description.materials.iter().any(throws_light),
+        Some(rule) if rule.value == "auto" => description.materials.iter().any(casts_caustics),
         Some(rule) => rule.value != "off",
         None => false,
     };

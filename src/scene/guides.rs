@@ -24,7 +24,7 @@ const LEAST_EXPONENT: f32 = 100.0;
 const LEAST_SHARE: f32 = 0.3;
 
 /// Whether a material throws light onto other surfaces.
-pub fn throws_light(material: &MaterialDescription) -> bool {
+pub fn casts_caustics(material: &MaterialDescription) -> bool {
     let is_smooth = |roughness: f32| roughness <= LARGEST_ROUGHNESS;
     match &material.model {
         MaterialModel::Diffuse { .. } | MaterialModel::Plastic { .. } => false,
@@ -55,7 +55,7 @@ pub(super) fn guides(description: &SceneDescription, shapes: &[Shape], world: &W
         let described = &description.shapes[shape.described as usize];
         let geometry = world.geometry(number);
         if geometry.primitive_count() == 0
-            || !throws_light(&description.materials[described.material])
+            || !casts_caustics(&description.materials[described.material])
         {
             continue;
         }
@@ -76,7 +76,7 @@ pub(super) fn guides(description: &SceneDescription, shapes: &[Shape], world: &W
 
 impl Scene {
     /// Whether light paths may pay: a shape throws light, and there is a light that paths can begin at.
-    pub fn throws_light(&self) -> bool {
+    pub fn casts_caustics(&self) -> bool {
         !self.guides.is_empty() && !self.lights.is_empty()
     }
 }

@@ -91,7 +91,7 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
 
     /// Whether the shading normal had to be tilted for this `wo`: the BSDF is then not reciprocal.
     #[inline]
-    pub fn is_mended(&self) -> bool {
+    pub fn is_tilted(&self) -> bool {
         let ns = self.ns.or(self.ng);
         !self.is_flat.or(true) && self.frame.n != ns && self.frame.n != -ns
     }
@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_mended_normal_reflects_above_the_surface_and_faces_the_viewer() {
+    fn corrected_normal_faces_viewer_and_reflects_above_surface() {
         let ng = Vec3::Z;
         for i in 0..200 {
             for j in 0..50 {
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_harmless_normal_stays() {
+    fn valid_shading_normal_is_unchanged() {
         let ns = Vec3::new(0.1, 0.0, 0.99).normalize();
         assert_eq!(mend_shading_normal(Vec3::Z, Vec3::Z, ns), ns);
     }

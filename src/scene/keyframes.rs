@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turntable_turns_evenly() {
+    fn rotation_is_interpolated_at_constant_angular_velocity() {
         for angle in [1e-9, 1.0, 90.0, -120.0, 179.9] {
             let turntable = keys([(1.0, turn(20.0)), (3.0, turn(20.0 + angle))]);
             for share in [0.0, 1e-3, 0.25, 0.5, 0.9, 1.0] {
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn translation_and_uneven_scale_change_evenly() {
+    fn translation_and_scale_are_interpolated_linearly() {
         let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-5.0, 2.5, 1e3));
         for share in [0.25, 0.5, 0.7] {
             let moved = keys([
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_mirrored_stays_so() {
+    fn mirroring_is_preserved_between_keyframes() {
         let mirror = DAffine3::from_scale(DVec3::new(-1.0, 2.0, 3.0));
         let turning = keys([(0.0, mirror), (1.0, turn(100.0) * mirror)]);
         for share in [0.1, 0.5, 0.8] {
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_are_met_bit_for_bit_and_equal_ones_stand_still() {
+    fn keyframes_are_exact_and_equal_keyframes_are_constant() {
         let odd = turn(33.3) * DAffine3::from_scale(DVec3::new(0.1, 0.7, -1.3));
         let path = keys([(0.1, odd), (0.3, turn(77.7)), (0.7, turn(77.7))]);
         for (time, want) in [
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn matrices_come_apart_into_a_rotation_and_a_symmetric_stretch() {
+    fn polar_decomposition_yields_rotation_and_symmetric_stretch() {
         for (numbers, sign) in [
             ([1.0, 2.0, 3.0, 0.0, 1.0, 4.0, 5.0, 6.0, 0.0], 1.0),
             ([1e-9, 0.0, 0.0, 0.3, 1.0, 0.0, 0.0, 0.0, 1e-3], 1.0),
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_still_while_the_shutter_is_open_is_one_step() {
+    fn transform_constant_over_the_shutter_is_a_single_step() {
         let path = keys([(0.0, turn(0.0)), (1.0, turn(50.0)), (2.0, turn(50.0))]);
         for (keys, shutter, want) in [
             (&path[..], [0.5, 0.5], turn(25.0)),
@@ -328,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn there_are_as_many_steps_as_keys_and_chords_call_for() {
+    fn step_count_is_set_by_keyframe_times_and_chord_error() {
         let away = |x| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
         let moved = keys([(0.0, away(0.0)), (1.0, away(8.0))]);
         assert_eq!(steps(&moved, [0.0, 1.0]), [away(0.0), away(8.0)]);
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn chords_between_steps_are_close_to_the_arc() {
+    fn chord_error_between_steps_is_bounded() {
         let stretched = |degrees, x| turn(degrees) * DAffine3::from_scale(DVec3::new(x, 1.0, 0.01));
         let path = keys([
             (0.0, stretched(0.0, 1.0)),

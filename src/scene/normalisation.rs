@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn scaling_by_a_power_of_two_gives_the_same_numbers() {
+    fn normalised_points_are_invariant_to_power_of_two_scaling() {
         let p = DVec3::new(0.3, -7.0, 1e-3);
         let reference = Normalisation::of(&scene(1.0, 0.0)).point(p);
         for k in -40..=40 {
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_far_scene_keeps_its_digits() {
+    fn scene_far_from_the_origin_keeps_its_precision() {
         let p = DVec3::new(0.25, -7.0, 0.5);
         let near = Normalisation::of(&scene(1.0, 0.0)).point(p);
         let far = Normalisation::of(&scene(1.0, 1e7)).point(p + DVec3::splat(1e7));
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn one_far_object_moves_nothing() {
+    fn distant_outlier_does_not_change_the_normalisation() {
         let mut boxes = scene(1.0, 0.0);
         let before = Normalisation::of(&boxes);
         boxes.push(Bounds {

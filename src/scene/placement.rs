@@ -108,7 +108,7 @@ pub fn layout(description: &SceneDescription) -> Result<Layout> {
 
 /// Whether a shape forms its own group: if it moves, or if it is a sphere or disk that its keyframes scale
 /// non-uniformly, even if it is static. It is then round in its own frame.
-pub fn stands_alone(shape: &ShapeDescription, shutter: [f64; 2]) -> bool {
+pub fn forms_own_group(shape: &ShapeDescription, shutter: [f64; 2]) -> bool {
     let is_round = matches!(
         shape.geometry,
         GeometryDescription::Sphere { .. } | GeometryDescription::Disk { .. }
@@ -131,7 +131,7 @@ impl<'a> Walk<'a> {
         let shutter = description.camera.shutter;
         for (index, shape) in description.shapes.iter().enumerate() {
             let contents = walk.contents_mut(shape.group);
-            if stands_alone(shape, shutter) {
+            if forms_own_group(shape, shutter) {
                 contents.alone.push(index);
             } else {
                 contents.still.push(index);

@@ -18,7 +18,7 @@ use super::keyframes;
 use super::material::Material;
 use super::normalisation::Normalisation;
 use super::placed::Placed;
-use super::placement::{layout, stands_alone};
+use super::placement::{forms_own_group, layout};
 use super::scene_lights::SceneLights;
 use super::{PreparedCache, Scene};
 use crate::accel::{Accel, AccelOptions};
@@ -168,7 +168,7 @@ fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>
     shapes
         .map(|shape| {
             // The keyframes of a shape that forms its own group are applied to the group; those of others are constant.
-            let then = if stands_alone(shape, shutter) {
+            let then = if forms_own_group(shape, shutter) {
                 DAffine3::IDENTITY
             } else {
                 keyframes::at(&shape.motion, shutter[0])
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_of_a_box_point_outwards_also_when_it_is_mirrored() {
+    fn box_normals_point_outwards_also_when_mirrored() {
         let mirror = DAffine3::from_scale(DVec3::new(1.0, -2.0, 0.5));
         for transform in [
             DAffine3::IDENTITY,
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rectangle_is_one_light_and_a_parallelogram_two() {
+    fn emissive_rectangle_is_one_light_and_parallelogram_two() {
         let rectangle = |edge_v| GeometryDescription::Rectangle {
             corner: DVec3::ZERO,
             edge_u: DVec3::X,
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_without_an_area_are_dropped_and_counted() {
+    fn degenerate_triangles_are_dropped_and_counted() {
         let mesh = MeshDescription {
             positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y, 2.0 * DVec3::X],
             indices: vec![[0, 1, 2], [0, 1, 1], [0, 1, 3]],
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn textures_of_spheres_and_disks_turn_with_them() {
+    fn sphere_and_disk_parameterisation_follows_the_transform() {
         let center = DVec3::new(0.25, -0.5, 0.125);
         let sphere = GeometryDescription::Sphere {
             center,
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_may_stretch_a_sphere_whether_it_moves_or_not() {
+    fn keyframes_may_scale_a_sphere_non_uniformly() {
         let sphere = GeometryDescription::Sphere {
             center: DVec3::ZERO,
             radius: 1.0,
@@ -399,7 +399,7 @@ mod tests {
     }
 
     #[test]
-    fn points_light_scenes_of_any_size_alike() {
+    fn point_light_sample_is_invariant_to_scene_scale() {
         let scene_lights = |scale: f64| {
             let unit_box = GeometryDescription::Box {
                 min: -DVec3::ONE,
@@ -432,7 +432,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_cannot_be_stretched_unevenly() {
+    fn non_uniformly_scaled_sphere_is_rejected_with_line() {
         let sphere = GeometryDescription::Sphere {
             center: DVec3::ZERO,
             radius: 1.0,

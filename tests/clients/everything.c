@@ -372,7 +372,7 @@ static void wrong_arguments(void) {
     FAILS(scene, etd_scene_add_material(scene, &material, NULL), invalid, "alpha");
     material.alpha_texture = NULL;
     material.normal_map = &image;
-    material.normal_strength = -1;
+    material.normal_strength = INFINITY;
     FAILS(scene, etd_scene_add_material(scene, &material, NULL), invalid, "normal_map");
     image.width = 0;
     FAILS(scene, etd_scene_add_material(scene, &material, NULL), argument, "0 x 1 pixels");

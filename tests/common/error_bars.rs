@@ -84,7 +84,7 @@ impl Coverage {
     }
 
     /// Renders images of several seeds, at least two, and compares each with the mean of the others.
-    pub fn add_pictures_against_others(
+    pub fn add_images_against_others(
         &mut self,
         (scene, description): (&Scene, &SceneDescription),
         settings: &RenderSettings,
@@ -109,7 +109,7 @@ impl Coverage {
     }
 
     /// Renders images of several seeds and counts their pixels, given their expectation.
-    pub fn add_pictures(
+    pub fn add_images(
         &mut self,
         (scene, description): (&Scene, &SceneDescription),
         settings: &RenderSettings,

@@ -1,10 +1,11 @@
-//! Whether `make nightly` runs, which has time for more samples and for every backend.
+//! Whether `make nightly` runs, which has time for more samples, and for every backend and sampler.
 //!
 //! Measure: none.
 //! Range: `ETENDUE_NIGHTLY` set to anything, or not.
 //! Source: none needed. `scripts/not-tested.sh` says what the other runs leave out.
 
 use etendue::internals::accel::Backend;
+use etendue::internals::render::settings::SamplerKind;
 
 /// The backends on which to render a case of a statistical test: all of them in `make nightly`, else one, which differs from
 /// case to case by the name.
@@ -15,6 +16,11 @@ pub fn backends(case: &str) -> &'static [Backend] {
     let number: usize = case.bytes().map(usize::from).sum();
     let index = number % Backend::ALL.len();
     &Backend::ALL[index..=index]
+}
+
+/// The samplers of a statistical test: all that are given in `make nightly`, else the first.
+pub fn samplers(all: &'static [SamplerKind]) -> &'static [SamplerKind] {
+    if is_nightly() { all } else { &all[..1] }
 }
 
 /// Whether tests may take long.

@@ -92,7 +92,7 @@ fn receiver(rng: &mut TestRng) -> Receiver {
 }
 
 #[test]
-fn probabilities_sum_to_one_and_are_those_of_the_selection() {
+fn light_pmf_is_normalized_and_agrees_with_selection() {
     let mut rng = TestRng::new(81);
     for count in [2, 5, 16, 17, 300] {
         let lights = selection(lights(count, &mut rng));
@@ -126,7 +126,7 @@ fn probabilities_sum_to_one_and_are_those_of_the_selection() {
 }
 
 #[test]
-fn lights_are_selected_as_often_as_their_probabilities_say() {
+fn light_selection_frequencies_match_their_pmf() {
     let mut rng = TestRng::new(82);
     let lights = selection(lights(200, &mut rng));
     for _ in 0..5 {
@@ -152,7 +152,7 @@ fn lights_are_selected_as_often_as_their_probabilities_say() {
 }
 
 #[test]
-fn no_light_that_shines_on_a_receiver_is_left_out() {
+fn contributing_lights_have_positive_selection_probability() {
     let mut rng = TestRng::new(83);
     let mut shining = 0;
     for count in [16, 400] {
@@ -209,7 +209,7 @@ fn point_lights_are_selected_in_proportion_to_their_irradiance() {
 }
 
 #[test]
-fn lights_in_lanes_are_those_of_single_receivers() {
+fn light_selection_in_lanes_is_identical_to_scalar_selection() {
     let mut rng = TestRng::new(85);
     for count in [2, 7, 16, 100] {
         let lights = selection(lights(count, &mut rng));
@@ -238,7 +238,7 @@ fn lights_in_lanes_are_those_of_single_receivers() {
 
 /// All but one of many emitters face away, or have no power beside it.
 #[test]
-fn no_light_but_the_one_that_is_visible_is_selected() {
+fn only_the_contributing_light_of_10000_is_selected() {
     let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| 0.01 * p);
     let facing = |i: usize, towards: bool| {
         let corner = Vec3::new(0.1 * (i % 100) as f32, 0.1 * (i / 100) as f32, 1.0);
@@ -276,7 +276,7 @@ fn no_light_but_the_one_that_is_visible_is_selected() {
 }
 
 #[test]
-fn a_tree_takes_less_than_a_hundred_bytes_a_light() {
+fn light_tree_uses_less_than_100_bytes_per_light() {
     let mut rng = TestRng::new(87);
     for count in [100, 1000, 30_000] {
         let lights = lights(count, &mut rng);
@@ -291,7 +291,7 @@ fn a_tree_takes_less_than_a_hundred_bytes_a_light() {
 
 /// Lights at the same place, and lights without an extent, can be told apart by nothing.
 #[test]
-fn lights_at_one_point_share_their_selection() {
+fn coincident_lights_have_similar_selection_probabilities() {
     let point = Light::Point(PointLight::new(Vec3::ONE, Rgb::WHITE));
     let lights = selection(vec![point; 1000]);
     for p in [Vec3::ZERO, Vec3::ONE, Vec3::splat(1e20)] {

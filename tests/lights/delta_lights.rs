@@ -17,7 +17,7 @@ use etendue::internals::scene::description::{
 use std::f64::consts::PI;
 
 #[test]
-fn a_point_lights_by_the_inverse_square_of_its_distance() {
+fn point_light_sample_follows_the_inverse_square_law() {
     let position = Vec3::new(1.0, 2.0, -3.0);
     let light = PointLight::new(position, Rgb::new(8.0, 4.0, 0.0));
     let s = light
@@ -41,7 +41,7 @@ fn a_point_lights_by_the_inverse_square_of_its_distance() {
 }
 
 #[test]
-fn a_spot_falls_off_smoothly_over_its_penumbra() {
+fn spot_light_falls_off_monotonically_over_its_penumbra() {
     for (cone, penumbra) in [(0.5, 0.2), (PI, PI), (2.5, 0.3), (1e-4, 5e-5), (0.3, 0.3)] {
         let light = SpotLight::new(Vec3::ZERO, Vec3::Z, Rgb::grey(3.0), cone, penumbra);
         // At distance 1 the irradiance equals the intensity.
@@ -85,7 +85,7 @@ fn a_spot_falls_off_smoothly_over_its_penumbra() {
 }
 
 #[test]
-fn a_spot_without_a_penumbra_is_all_or_nothing() {
+fn spot_light_without_penumbra_has_a_hard_edge() {
     let light = SpotLight::new(Vec3::ZERO, Vec3::NEG_Y, Rgb::WHITE, PI / 3.0, 0.0);
     let at = |degrees: f32| {
         let (sin, cos) = degrees.to_radians().sin_cos();
@@ -98,7 +98,7 @@ fn a_spot_without_a_penumbra_is_all_or_nothing() {
 }
 
 #[test]
-fn a_spot_of_half_a_turn_has_no_hole_behind() {
+fn spot_light_with_180_degree_cone_emits_directly_backwards() {
     let mut rng = crate::common::TestRng::new(1);
     for _ in 0..1000 {
         let axis = rng.direction_log_uniform(1e-3);
@@ -108,7 +108,7 @@ fn a_spot_of_half_a_turn_has_no_hole_behind() {
 }
 
 #[test]
-fn a_distant_light_is_the_same_everywhere() {
+fn distant_light_sample_has_given_direction_and_irradiance() {
     let light = DistantLight::new(Vec3::NEG_Y, Rgb::grey(3.0));
     let s = light.sample();
     assert_eq!((s.wi, s.radiance, s.pdf), (Vec3::Y, Rgb::grey(3.0), None));
@@ -161,7 +161,7 @@ fn distant(direction: DVec3, irradiance: f32) -> LightModel {
 }
 
 #[test]
-fn a_delta_light_is_not_seen_and_scattered_rays_do_not_find_it() {
+fn delta_lights_are_invisible_to_camera_and_scattered_rays() {
     // The camera looks straight at the light, in front of a wall.
     let towards = looking(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
     let mut scene = towards;

@@ -110,7 +110,7 @@ fn power_of(sample: &EmissionSample) -> f64 {
 }
 
 #[test]
-fn the_rays_of_a_light_carry_its_power() {
+fn mean_power_of_emission_samples_equals_light_power() {
     for (name, light) in lights() {
         let mut rng = TestRng::new(3);
         let means = (0..64).map(|_| {
@@ -128,7 +128,7 @@ fn the_rays_of_a_light_carry_its_power() {
 }
 
 #[test]
-fn directions_have_the_density_that_is_claimed() {
+fn emission_directions_match_their_pdf() {
     for (index, (name, light)) in lights().into_iter().enumerate() {
         if name == "distant" {
             continue;
@@ -195,7 +195,7 @@ fn shares(name: &str, sample: &EmissionSample) -> [f32; 2] {
 }
 
 #[test]
-fn points_are_uniform_over_the_light_or_over_a_disk_before_the_scene() {
+fn emission_points_are_uniform_over_light_or_scene_disk() {
     for (name, light) in lights() {
         let is_point = matches!(light, Light::Point(_) | Light::Spot(_));
         let is_beyond = matches!(light, Light::Distant(_) | Light::Environment(_));
@@ -227,7 +227,7 @@ fn points_are_uniform_over_the_light_or_over_a_disk_before_the_scene() {
 
 /// The square of the cosine with the normal is uniform where the density is in proportion to the cosine.
 #[test]
-fn a_sphere_shines_from_each_of_its_points_by_the_cosine() {
+fn sphere_emission_directions_are_cosine_distributed() {
     for (name, light) in lights() {
         if name != "sphere" {
             continue;
@@ -245,7 +245,7 @@ fn a_sphere_shines_from_each_of_its_points_by_the_cosine() {
 }
 
 #[test]
-fn extreme_numbers_give_rays_that_are_finite() {
+fn extreme_random_numbers_give_finite_emission_rays() {
     let extremes = [0.0, 0.5, 1.0 - f32::EPSILON / 2.0];
     let corners = || {
         extremes

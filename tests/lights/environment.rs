@@ -77,7 +77,7 @@ fn turn() -> DMat3 {
 }
 
 #[test]
-fn each_texel_is_seen_at_its_place_and_half_of_it_half_a_texel_off() {
+fn environment_texels_have_correct_direction_and_interpolation() {
     for to_world in [DMat3::IDENTITY, turn()] {
         for (column, row) in [(0, 0), (3, 1), (7, 2), (5, 3), (4, 1)] {
             let texel = |x, y| f32::from((x, y) == (column, row));
@@ -98,7 +98,7 @@ fn each_texel_is_seen_at_its_place_and_half_of_it_half_a_texel_off() {
 }
 
 #[test]
-fn the_middle_is_along_minus_z_the_right_half_towards_x_and_the_first_row_on_top() {
+fn environment_map_centre_is_minus_z_and_first_row_is_up() {
     let map = map_of(16, 8, |x, y| (100 * y + x) as f32).expect("not black");
     let near = |w: DVec3, expected: f32| {
         let value = seen(&map, w);
@@ -133,7 +133,7 @@ fn the_middle_is_along_minus_z_the_right_half_towards_x_and_the_first_row_on_top
 }
 
 #[test]
-fn directions_follow_their_density() {
+fn environment_map_samples_match_their_pdf() {
     for (name, map) in [
         ("small", random(5, 3, 2.0, turn())),
         ("bright", random(16, 8, 100.0, DMat3::IDENTITY)),
@@ -162,7 +162,7 @@ fn border(row: u32, height: u32) -> f64 {
 }
 
 #[test]
-fn the_density_integrates_to_one_and_is_there_wherever_light_is() {
+fn environment_pdf_integrates_to_one_and_is_positive_where_lit() {
     for (width, height) in [(1, 1), (2, 1), (1, 2), (7, 5), (64, 32)] {
         let map = random(width, height, 1e6, turn());
         let mut integral = 0.0;
@@ -190,7 +190,7 @@ fn the_density_integrates_to_one_and_is_there_wherever_light_is() {
 }
 
 #[test]
-fn samples_know_what_is_seen_and_how_often() {
+fn environment_sample_radiance_and_pdf_equal_evaluation() {
     for map in [random(7, 5, 3.0, turn()), random(64, 32, 1e6, turn())] {
         let mut rng = TestRng::new(4);
         let ends = [0.0, 0.5, ONE_MINUS_EPSILON];
@@ -231,7 +231,7 @@ fn estimated(map: &EnvironmentMap, samples: u32) -> Moments {
 
 /// The power and the peak radiance of a map with one bright texel. Its light sampling is row 32 of the battery.
 #[test]
-fn one_bright_texel_among_eight_million_is_seen_and_counts_as_its_tent() {
+fn single_bright_texel_has_correct_power_and_peak_radiance() {
     let (width, height) = (4096, 2048);
     for row in [1023, 0, 1, 2047] {
         let texel = |x, y| if (x, y) == (1000, row) { 1e6 } else { 0.0 };
@@ -250,7 +250,7 @@ fn one_bright_texel_among_eight_million_is_seen_and_counts_as_its_tent() {
 }
 
 #[test]
-fn a_random_map_gives_its_integral() {
+fn random_environment_power_and_estimate_match_its_integral() {
     let (width, height) = (7, 5);
     let map = random(width, height, 30.0, turn());
     // By quadrature over each patch, where radiance is smooth.
@@ -272,7 +272,7 @@ fn a_random_map_gives_its_integral() {
 }
 
 #[test]
-fn a_map_of_one_colour_is_sampled_evenly_and_a_black_one_is_no_light() {
+fn constant_map_has_uniform_pdf_and_black_map_is_no_light() {
     for (width, height) in [(1, 1), (3, 2), (64, 32)] {
         let map = map_of(width, height, |_, _| 0.5).expect("not black");
         let mut rng = TestRng::new(6);
@@ -289,7 +289,7 @@ fn a_map_of_one_colour_is_sampled_evenly_and_a_black_one_is_no_light() {
 }
 
 #[test]
-fn what_lies_beyond_is_told_with_the_choice_of_the_light() {
+fn environment_pdf_includes_the_light_selection_probability() {
     let map = Arc::new(random(7, 5, 3.0, turn()));
     let point = PointLight::new(Vec3::Y, Rgb::WHITE);
     let both = vec![Light::Point(point), Light::Environment(Arc::clone(&map))];
@@ -355,7 +355,7 @@ fn picture_of(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Textu
 }
 
 #[test]
-fn a_floor_under_a_panorama_has_its_irradiance() {
+fn floor_under_environment_map_matches_its_irradiance() {
     // A dim sky with a sun in column 3 of row 4, which is above the horizon after the tilt below.
     let (width, height) = (32, 16);
     let texel = |x, y| if (x, y) == (3, 4) { 1000.0 } else { 0.25 };
@@ -387,7 +387,7 @@ fn a_floor_under_a_panorama_has_its_irradiance() {
 
 /// Half of this sky is 1, the other half 3: the mean is 2, and a density above the mean alone misses a quarter of the light.
 #[test]
-fn light_sampling_alone_finds_the_darker_part_of_a_panorama() {
+fn environment_lighting_includes_below_average_radiance() {
     let halves = picture_of(64, 32, |x, _| if x < 32 { 0.5 } else { 1.5 });
     let scene = floor_under(halves, DMat3::IDENTITY);
     for integrator in [IntegratorKind::Path, IntegratorKind::NextEvent] {
@@ -404,7 +404,7 @@ fn light_sampling_alone_finds_the_darker_part_of_a_panorama() {
 }
 
 #[test]
-fn a_picture_of_one_colour_is_a_plain_sky_and_a_black_one_is_none() {
+fn uniform_environment_image_becomes_a_constant_environment() {
     let plain = floor_under(picture_of(8, 4, |_, _| 0.75), turn());
     let scene = ready(&plain, Backend::ALL[0]);
     assert_eq!((scene.environment, scene.lights.len()), (Rgb::grey(1.5), 0));

@@ -15,7 +15,7 @@ const REFLECTANCE: f32 = 0.99;
 
 /// A large, close lamp, which BSDF sampling and light sampling find about equally often.
 #[test]
-fn a_large_lamp_lights_by_its_form_factor() {
+fn large_area_light_render_matches_its_form_factor() {
     let albedo = 0.5;
     let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
@@ -31,7 +31,7 @@ fn a_large_lamp_lights_by_its_form_factor() {
 /// A lamp that faces up to a mirror lights the floor like its mirror image. Only BSDF sampling at the floor finds this
 /// light, not light sampling.
 #[test]
-fn a_lamp_in_a_mirror_lights_as_its_image_does() {
+fn light_reflected_by_mirror_matches_its_virtual_image() {
     let albedo = 0.5;
     let mut scene = looking(DVec3::new(-0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
     let model = MaterialModel::Mirror {

@@ -119,7 +119,7 @@ struct Memory {
 }
 
 #[test]
-fn samples_in_lanes_are_those_of_single_receivers() {
+fn light_samples_in_lanes_are_bit_identical_to_scalar_samples() {
     let corner = Vec3::new(-0.5, -0.4, 1.0);
     let elsewhere = |i: u32| corner + Vec3::new(0.3 * i as f32, 0.1, -0.2 * i as f32);
     let point = PointLight::new(Vec3::new(0.1, 0.2, 0.9), Rgb::WHITE);

@@ -56,7 +56,7 @@ fn file_of(killer: &str) -> (PathBuf, &str) {
 
 /// The output of this test is read by `scripts/mutants.sh`.
 #[test]
-fn the_table_names_each_bug_once_and_a_test_that_exists() {
+fn planted_bug_names_are_unique_and_their_tests_exist() {
     let mut names = BTreeSet::new();
     println!();
     for bug in PLANTED {
@@ -78,7 +78,7 @@ fn the_table_names_each_bug_once_and_a_test_that_exists() {
 }
 
 #[test]
-fn the_table_is_what_is_planted() {
+fn planted_bug_table_matches_the_source_sites() {
     let mut sites = Vec::new();
     let sources = ["src", "lab/src", "cli/src"].map(|folder| source_files(&root().join(folder)));
     for file in sources.concat() {
@@ -111,7 +111,7 @@ fn compiled(debug_assertions: bool) -> Output {
 }
 
 #[test]
-fn no_build_without_debug_assertions_can_hold_a_bug() {
+fn planted_bugs_do_not_compile_without_debug_assertions() {
     let refused = compiled(false);
     let reason = String::from_utf8_lossy(&refused.stderr);
     assert!(!refused.status.success() && reason.contains("planted bugs are for tests"));
@@ -121,7 +121,7 @@ fn no_build_without_debug_assertions_can_hold_a_bug() {
 }
 
 #[test]
-fn the_reader_of_sites_sees_what_it_should() {
+fn planted_site_scanner_extracts_bug_names() {
     let text = "planted!(\"a\", 1, 2) + planted!(\n    \"b-c\",\n    x,\n)";
     assert_eq!(planted_in(text).collect::<Vec<_>>(), ["a", "b-c"]);
 }

@@ -2,7 +2,7 @@
 //! calibrated, and every image, adaptive or not, is the mean of the samples that its settings determine.
 
 use crate::common::error_bars::Coverage;
-use crate::common::nightly::is_nightly;
+use crate::common::nightly::samplers;
 use crate::common::room::with_metal_ball;
 use crate::common::scene::{film, ready};
 use crate::common::verdict::sidak;
@@ -100,7 +100,7 @@ fn welch(a: &Moments, b: &Moments) -> (f64, f64) {
 }
 
 #[test]
-fn pictures_have_the_mean_of_uniform_ones_in_two_phases_and_not_with_greed() {
+fn two_phase_sampling_is_unbiased_and_greedy_is_biased() {
     let description = room_with_metal((16, 16), 0.3);
     let scene = ready(&description, Backend::ALL[0]);
     let uniform = |settings| RenderSettings {
@@ -114,11 +114,7 @@ fn pictures_have_the_mean_of_uniform_ones_in_two_phases_and_not_with_greed() {
         }
     });
     let limit = normal_quantile(1.0 - 0.5 * sidak(1e-4, 10));
-    let samplers = match is_nightly() {
-        true => SamplerKind::ALL,
-        false => &[SamplerKind::Sobol],
-    };
-    for &sampler in samplers {
+    for &sampler in samplers(SamplerKind::ALL) {
         let ours = parts_of(&scene, &description, 0, 300, |settings| RenderSettings {
             sampler,
             ..settings
@@ -148,7 +144,7 @@ fn pictures_have_the_mean_of_uniform_ones_in_two_phases_and_not_with_greed() {
 }
 
 #[test]
-fn bars_of_unflagged_pixels_cover_as_often_as_they_say() {
+fn unflagged_adaptive_error_bars_have_nominal_coverage() {
     let description = room_with_metal((32, 32), 1.0);
     let scene = ready(&description, Backend::ALL[0]);
     let truth = RenderSettings {
@@ -156,13 +152,13 @@ fn bars_of_unflagged_pixels_cover_as_often_as_they_say() {
         ..settings(&description, 1000, 1 << 14)
     };
     let truth = film(&scene, &description, &truth).develop();
-    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+    for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
         let settings = RenderSettings {
             sampler,
             ..settings(&description, 0, 256)
         };
         let mut coverage = Coverage::default();
-        coverage.add_pictures((&scene, &description), &settings, 20, |index| {
+        coverage.add_images((&scene, &description), &settings, 20, |index| {
             f64::from(truth.pixels()[index].to_array()[1])
         });
         println!("| adaptive, {} |{coverage}", sampler.name());
@@ -180,7 +176,7 @@ fn bits(film: &Film) -> (Vec<[u32; 3]>, Vec<u64>) {
 }
 
 #[test]
-fn pictures_do_not_depend_on_threads_or_tiles() {
+fn adaptive_images_are_bit_identical_across_threads_and_tiles() {
     let description = room_with_metal((24, 16), 0.3);
     let scene = ready(&description, Backend::ALL[0]);
     for (adaptive, budget) in [
@@ -244,7 +240,7 @@ fn assert_means_of_first_samples(
 }
 
 #[test]
-fn every_pixel_is_the_mean_of_samples_that_can_be_replayed() {
+fn pixels_equal_the_mean_of_their_replayed_samples() {
     let description = room_with_metal((16, 12), 0.3);
     let scene = ready(&description, Backend::ALL[0]);
     for adaptive in [Adaptive::Off, Adaptive::TwoPhase] {
@@ -280,7 +276,7 @@ impl RenderObserver for EndsAfter {
 }
 
 #[test]
-fn an_interruption_leaves_every_pixel_a_mean_of_its_first_samples() {
+fn cancelled_render_pixels_are_means_of_their_first_samples() {
     let description = room_with_metal((16, 12), 0.3);
     let scene = ready(&description, Backend::ALL[0]);
     let settings = RenderSettings {
@@ -308,7 +304,7 @@ fn an_interruption_leaves_every_pixel_a_mean_of_its_first_samples() {
 }
 
 #[test]
-fn a_crop_has_its_own_counts_and_the_same_samples() {
+fn crop_pixels_with_equal_counts_match_the_full_render() {
     let description = room_with_metal((24, 16), 0.3);
     let scene = ready(&description, Backend::ALL[0]);
     let whole = settings(&description, 2, 128);
@@ -340,7 +336,7 @@ fn a_crop_has_its_own_counts_and_the_same_samples() {
 }
 
 #[test]
-fn a_budget_of_the_pilot_alone_is_the_uniform_picture() {
+fn pilot_only_adaptive_render_equals_the_uniform_render() {
     let description = room_with_metal((24, 16), 0.3);
     let scene = ready(&description, Backend::ALL[0]);
     for sampler in [
@@ -376,7 +372,7 @@ fn error_of(picture: &Image, truth: &Image) -> f64 {
 }
 
 #[test]
-fn an_error_that_is_asked_for_is_kept_foreseen_and_reached_with_fewer_samples() {
+fn adaptive_sampling_meets_error_target_with_fewer_samples() {
     let description = room_with_metal((32, 32), 0.3);
     let scene = ready(&description, Backend::ALL[0]);
     let truth = RenderSettings {
@@ -386,7 +382,7 @@ fn an_error_that_is_asked_for_is_kept_foreseen_and_reached_with_fewer_samples() 
     let truth = film(&scene, &description, &truth).develop();
     let target = 0.05;
     let renders = 16;
-    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+    for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
         let (mut kept, mut sum, mut off) = (0, 0.0, 0.0_f64);
         let mut spp = [0, 0];
         for seed in 0..renders {
@@ -429,7 +425,7 @@ fn an_error_that_is_asked_for_is_kept_foreseen_and_reached_with_fewer_samples() 
 }
 
 #[test]
-fn a_short_time_has_a_short_pilot() {
+fn short_time_budget_still_yields_an_error_estimate() {
     let description = room_with_metal((64, 64), 0.3);
     let scene = ready(&description, Backend::ALL[0]);
     let settings = RenderSettings {
@@ -442,7 +438,7 @@ fn a_short_time_has_a_short_pilot() {
 }
 
 #[test]
-fn greed_needs_an_error_to_stop_at() {
+fn greedy_sampling_requires_an_error_target_and_reports_bias() {
     let description = room_with_metal((8, 8), 0.3);
     let mut settings = RenderSettings {
         adaptive: Adaptive::Greedy,

@@ -51,7 +51,7 @@ fn two_phase(seeds: u64, level: u64, value: impl Fn(usize, f32) -> f32 + Copy) -
 }
 
 #[test]
-fn rare_events_have_their_mean_in_two_phases() {
+fn two_phase_sampling_is_unbiased_for_rare_events() {
     // The standard errors are small enough to detect a bias of 1 % reliably.
     for (height, seeds) in [(20.0, 3000), (200.0, 12_000)] {
         let means = two_phase(seeds, 64, rare(height));
@@ -71,7 +71,7 @@ fn rare_events_have_their_mean_in_two_phases() {
 }
 
 #[test]
-fn pixels_that_asked_their_own_pilot_would_lose_their_mean() {
+fn allocation_by_own_pilot_variance_is_biased() {
     // The bias that the test above would detect: pixels with variance in their own pilot continue, the others stop, at about
     // the same total sample count.
     let means = Moments::of((0..200).map(|seed| {
@@ -91,7 +91,7 @@ fn pixels_that_asked_their_own_pilot_would_lose_their_mean() {
 }
 
 #[test]
-fn rare_events_lose_their_mean_where_pixels_stop_by_themselves() {
+fn greedy_sampling_is_biased_for_rare_events() {
     for (height, seeds, expected) in [(20.0, 20, 0.615), (200.0, 20, 0.079)] {
         let means = Moments::of((0..seeds).map(|seed| {
             let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
@@ -110,7 +110,7 @@ fn rare_events_lose_their_mean_where_pixels_stop_by_themselves() {
 }
 
 #[test]
-fn no_pixel_is_asked_about_itself() {
+fn sample_counts_ignore_pilots_of_the_same_checker_colour() {
     let pilot = |strange: Option<usize>| {
         let (mut film, mut rng) = (film_of(16), TestRng::new(7));
         fill(&mut film, &[16; 256], &mut rng, |i, u| {
@@ -142,7 +142,7 @@ fn no_pixel_is_asked_about_itself() {
 }
 
 #[test]
-fn samples_are_given_to_the_noise_and_none_is_lost() {
+fn allocation_favours_noisy_pixels_and_uses_the_whole_budget() {
     let (mut film, mut rng) = (film_of(16), TestRng::new(1));
     // The left half has 16 times the standard deviation, at the same mean.
     let noise = |i: usize, u: f32| 1.0 + if i % 16 < 8 { 0.8 } else { 0.05 } * (u - 0.5);
@@ -175,7 +175,7 @@ fn samples_are_given_to_the_noise_and_none_is_lost() {
 }
 
 #[test]
-fn samples_that_take_more_rays_are_fewer() {
+fn allocation_follows_the_inverse_square_root_of_cost() {
     let (mut film, mut rng) = (film_of(16), TestRng::new(2));
     fill(&mut film, &[256; 256], &mut rng, |_, u| 1.0 + u);
     let rays = film.tiles_mut()[0].rays.as_mut().expect("it has counts");
@@ -193,7 +193,7 @@ fn samples_that_take_more_rays_are_fewer() {
 }
 
 #[test]
-fn a_lone_pixel_and_a_black_picture_get_what_there_is() {
+fn single_pixel_and_black_images_are_sampled_uniformly() {
     for edge in [1, 2, 5] {
         let mut film = film_of(edge);
         let pixels = (edge * edge) as usize;

@@ -84,7 +84,7 @@ fn recommended(session: &Session, options: &RenderOptions) -> Recommendation {
 }
 
 #[test]
-fn the_picture_is_that_of_the_integrator_that_it_names() {
+fn auto_image_equals_that_of_the_recommended_integrator() {
     for scene in [matte(), shaded(), mirrored_point()] {
         let session = session(scene, 2);
         let see = |integrator| {
@@ -101,7 +101,7 @@ fn the_picture_is_that_of_the_integrator_that_it_names() {
 }
 
 #[test]
-fn the_choice_is_the_same_on_any_number_of_threads() {
+fn recommendation_is_independent_of_thread_count() {
     let on = |threads| {
         let session = session(shaded(), threads);
         recommended(&session, &options(IntegratorKind::Auto))
@@ -110,7 +110,7 @@ fn the_choice_is_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn it_names_what_suits_the_scene() {
+fn recommendation_is_the_expected_integrator_for_each_scene() {
     let path = &[IntegratorKind::Path][..];
     let both_ends = &[IntegratorKind::Bidirectional, IntegratorKind::Metropolis];
     for (what, scene, expected, says) in [
@@ -138,7 +138,7 @@ fn it_names_what_suits_the_scene() {
 }
 
 #[test]
-fn what_settings_leave_out_is_not_chosen() {
+fn adaptive_sampling_restricts_auto_to_path() {
     let session = session(shaded(), 2);
     let mut options = options(IntegratorKind::Auto);
     options.adaptive = Some(Adaptive::TwoPhase);
@@ -149,7 +149,7 @@ fn what_settings_leave_out_is_not_chosen() {
 }
 
 #[test]
-fn a_biased_integrator_is_named_and_not_chosen() {
+fn biased_irradiance_cache_is_suggested_only_for_matte_scenes() {
     let told = recommended(&session(matte(), 2), &options(IntegratorKind::Auto));
     let option = told.option.expect("all materials are matte");
     assert!(option.contains("irradiance-cache") && option.contains("biased"));

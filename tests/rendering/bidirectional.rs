@@ -172,14 +172,14 @@ fn compare_limited(
 }
 
 #[test]
-fn it_agrees_with_path_in_every_part_of_six_scenes() {
+fn bdpt_agrees_with_path_in_every_block_of_six_scenes() {
     for (name, scene, power) in &six_scenes() {
         compare(name, scene, [32, 128], *power);
     }
 }
 
 #[test]
-fn it_agrees_for_every_number_of_bounces() {
+fn bdpt_agrees_with_path_for_zero_to_four_bounces() {
     let scene = glass(0.0);
     for max_bounces in 0..5 {
         let what = format!("{max_bounces} bounces");
@@ -289,7 +289,7 @@ pub fn kinds_of_light() -> Vec<(&'static str, SceneDescription)> {
 }
 
 #[test]
-fn every_kind_of_light_is_found_from_both_ends() {
+fn bdpt_agrees_with_path_under_every_kind_of_light() {
     for (name, scene) in &kinds_of_light() {
         compare(name, scene, [32, 192], 0.03);
     }
@@ -330,14 +330,14 @@ pub fn stones() -> SceneDescription {
 }
 
 #[test]
-fn shading_normals_are_the_same_from_both_ends() {
+fn bdpt_agrees_with_path_with_shading_normals() {
     compare("stones", &stones(), [64, 256], 0.01);
 }
 
 /// Light and camera subpaths agree in scenes with lenses, motion, instances, textures, normal maps, alpha and one-sided
 /// surfaces. Effects for which path tracing converges too slowly are left out of some scenes.
 #[test]
-fn random_scenes_are_the_same_from_both_ends() {
+fn bdpt_agrees_with_path_in_generated_scenes() {
     let mut generator = Generator::new(42);
     let all = EffectSet::ALL;
     for index in 0..12 {
@@ -356,7 +356,7 @@ fn random_scenes_are_the_same_from_both_ends() {
 
 /// Crops with wide filters, one of them with negative lobes, and with a lens and motion.
 #[test]
-fn filters_crops_and_lenses_take_splats_as_they_take_samples() {
+fn bdpt_agrees_with_path_with_filters_crops_and_lenses() {
     let mut scene = matte();
     scene.film.size = (24, 24);
     scene.camera.lens_radius = 0.1;
@@ -384,7 +384,7 @@ fn filters_crops_and_lenses_take_splats_as_they_take_samples() {
 
 /// The variance that renders estimate for their pixels equals the variance between renders, averaged over the image.
 #[test]
-fn error_bars_hold_what_splats_add_to_the_noise() {
+fn bdpt_variance_estimate_matches_that_between_renders() {
     let scene = glass(0.0);
     let settings = settings(&scene, IntegratorKind::Bidirectional, 16);
     let ratio = claimed_over_true_variance(&scene, &settings);
@@ -421,7 +421,7 @@ pub fn claimed_over_true_variance(scene: &SceneDescription, settings: &RenderSet
 }
 
 #[test]
-fn threads_and_tiles_change_no_bit() {
+fn bdpt_images_are_bit_identical_across_threads_and_tiles() {
     let scene = glossy();
     let settings = settings(&scene, IntegratorKind::Bidirectional, 16);
     assert_threads_and_tiles_change_no_bit(&scene, &settings);
@@ -445,7 +445,7 @@ pub fn assert_threads_and_tiles_change_no_bit(scene: &SceneDescription, settings
 }
 
 #[test]
-fn adaptive_sampling_is_refused_with_another_way() {
+fn adaptive_bdpt_is_rejected_with_a_hint_to_use_path() {
     let scene = matte();
     let settings = RenderSettings {
         adaptive: etendue::internals::render::settings::Adaptive::TwoPhase,
@@ -498,7 +498,7 @@ radius = 0.3
 }
 
 #[test]
-fn a_wall_within_glass_is_lit_the_same_from_both_ends() {
+fn bdpt_agrees_with_path_on_a_wall_inside_glass() {
     let scene = wall_within_glass();
     compare_limited("a wall within glass", &scene, [256, 2048], 0.02, Some(2));
 }
@@ -554,7 +554,7 @@ intensity = {intensity}
 /// With the mirror only light subpaths from the spot find light, so their importance scattering (the adjoint BSDF) has
 /// full weight: at a shape whose shading normals are up to 55 degrees off the geometric ones.
 #[test]
-fn a_stone_scatters_power_as_it_scatters_radiance() {
+fn bdpt_adjoint_scattering_by_shading_normals_matches_path() {
     let with = |integrator, is_there, spp, max_bounces| {
         let mut scene = by_a_mirror(is_there);
         let stone = mirrored_octahedron(DVec3::new(-0.1, 0.15, 0.0), 0.3);
@@ -573,7 +573,7 @@ fn a_stone_scatters_power_as_it_scatters_radiance() {
 /// A caustic of a delta light, which path tracing cannot find: a mirror reflects a spot light onto a floor. The result
 /// equals the illumination by the light's mirror image.
 #[test]
-fn what_a_mirror_throws_of_a_point_is_the_light_of_its_image() {
+fn delta_light_caustic_of_a_mirror_equals_its_virtual_image() {
     let with = |integrator, is_there, spp, max_bounces| {
         let scene = by_a_mirror(is_there);
         let settings = RenderSettings {

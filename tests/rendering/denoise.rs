@@ -129,7 +129,7 @@ const FLAT: Truth = Truth {
 };
 
 #[test]
-fn what_is_constant_stays_as_it_is_to_the_bit() {
+fn denoising_leaves_a_constant_image_unchanged() {
     for error in [0.0, 0.25] {
         let count = FLAT.size[0] * FLAT.size[1];
         let planes = std::array::from_fn(|i| {
@@ -146,7 +146,7 @@ fn what_is_constant_stays_as_it_is_to_the_bit() {
 /// The weights from one half are independent of the noise in the other: where the truth is flat, filtered values have its
 /// mean, also where rare samples carry much of it. 36 images determine the mean to 0.1 %, so that 0.7 % would be detected.
 #[test]
-fn noise_of_any_distribution_keeps_its_mean() {
+fn denoising_preserves_the_mean_of_uniform_and_firefly_noise() {
     for noise in [uniform as Noise, fireflies] {
         let means: Vec<f64> = (0..36)
             .map(|seed| filtered(&FLAT.noisy(16, 1.0, noise, seed)).image.mean()[1] / 0.7)
@@ -164,7 +164,7 @@ fn noise_of_any_distribution_keeps_its_mean() {
 }
 
 #[test]
-fn noise_falls_and_its_estimate_with_it() {
+fn denoising_reduces_noise_and_estimates_the_error() {
     for (noise, n) in [(uniform as Noise, 16), (uniform, 256), (fireflies, 256)] {
         let truth = WALL.pixels();
         let picture = WALL.noisy(n, 1.0, noise, 3);
@@ -195,7 +195,7 @@ fn noise_falls_and_its_estimate_with_it() {
 /// While the variance of the noise falls by a factor of 4096, the squared error falls by more than 1000, which a constant bias
 /// would prevent; and it stays below that of the unfiltered image.
 #[test]
-fn bias_vanishes_as_the_noise_does() {
+fn denoising_bias_vanishes_with_the_noise() {
     let truth = WALL.pixels();
     let errors = [16, 256, 4096, 65_536].map(|n| {
         // The noise of n samples is that of 16 samples with a smaller variance.
@@ -212,7 +212,7 @@ fn bias_vanishes_as_the_noise_does() {
 }
 
 #[test]
-fn the_bits_do_not_depend_on_threads() {
+fn denoised_image_is_independent_of_thread_count() {
     let picture = WALL.noisy(16, 1.0, fireflies, 7);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -222,7 +222,7 @@ fn the_bits_do_not_depend_on_threads() {
 }
 
 #[test]
-fn edges_between_first_hits_are_not_crossed() {
+fn denoising_does_not_cross_normal_discontinuities() {
     // Two walls with different normals: the noise of one does not reach the other.
     let mut picture = FLAT.noisy(16, 1.0, uniform, 9);
     let [width, height] = FLAT.size;

@@ -113,7 +113,7 @@ fn coincident() -> SceneDescription {
 }
 
 #[test]
-fn a_sample_does_not_depend_on_those_that_are_taken_with_it() {
+fn samples_are_independent_of_how_they_are_batched() {
     let description = coincident();
     let filter = Filter::new(&description.film.filter);
     for &backend in Backend::ALL {
@@ -171,7 +171,7 @@ fn a_sample_does_not_depend_on_those_that_are_taken_with_it() {
 }
 
 #[test]
-fn threads_and_tiles_change_nothing() {
+fn images_are_bit_identical_across_threads_and_tiles() {
     let scene = load_text(SMALL);
     for sampler in SamplerKind::ALL {
         // 37 samples are taken in passes of 1, 1, 2, 4, 8, 16 and 5.
@@ -199,7 +199,7 @@ fn threads_and_tiles_change_nothing() {
 }
 
 #[test]
-fn seeds_and_samplers_change_the_picture() {
+fn seeds_and_samplers_change_the_image() {
     let scene = load_text(SMALL);
     let base = settings(&scene, 4);
     let independent = RenderSettings {
@@ -233,7 +233,7 @@ fn seeds_and_samplers_change_the_picture() {
 }
 
 #[test]
-fn units_that_differ_by_a_power_of_two_change_nothing() {
+fn power_of_two_unit_scaling_leaves_images_bit_identical() {
     for scene in [load_text(SMALL), cornell_box()] {
         for sampler in SamplerKind::ALL {
             let settings = RenderSettings {
@@ -254,7 +254,7 @@ fn units_that_differ_by_a_power_of_two_change_nothing() {
 }
 
 #[test]
-fn a_scene_far_from_the_origin_looks_the_same() {
+fn distant_translation_preserves_the_image() {
     // Positions are rounded to 2^-29 there, in double precision: only a path that grazes an edge may differ.
     for scene in [load_text(SMALL), cornell_box()] {
         for sampler in SamplerKind::ALL {

@@ -98,7 +98,7 @@ fn scenes_of_ours() -> Vec<PathBuf> {
 }
 
 #[test]
-fn every_kernel_that_fits_a_scene_of_ours_gives_the_same_picture() {
+fn fitting_kernels_are_bit_identical_on_repository_scenes() {
     let scenes = scenes_of_ours();
     assert!(scenes.len() >= 6);
     for path in scenes {
@@ -108,7 +108,7 @@ fn every_kernel_that_fits_a_scene_of_ours_gives_the_same_picture() {
 }
 
 #[test]
-fn every_kernel_that_fits_gives_the_same_picture_of_200_generated_scenes() {
+fn fitting_kernels_are_bit_identical_on_200_generated_scenes() {
     let mut generator = Generator::new(1);
     let mut effects: BTreeMap<Effect, usize> = BTreeMap::new();
     let mut kernels: BTreeMap<&str, usize> = BTreeMap::new();
@@ -145,7 +145,7 @@ fn every_kernel_that_fits_gives_the_same_picture_of_200_generated_scenes() {
 }
 
 #[test]
-fn a_scene_is_not_rendered_by_a_kernel_that_lacks_one_of_its_effects() {
+fn kernel_lacking_a_required_effect_is_rejected() {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     scene.lights = vec![sky(Rgb::WHITE)];
     let ready = ready(&scene, Backend::ALL[0]);
@@ -160,7 +160,7 @@ fn a_scene_is_not_rendered_by_a_kernel_that_lacks_one_of_its_effects() {
 }
 
 #[test]
-fn state_of_absent_effects_has_no_size() {
+fn state_of_absent_effects_has_zero_size() {
     assert!(Matte::SET.len() == 2 && Everything::SET == EffectSet::ALL);
     assert_eq!(size_of::<State<Off, [f32; 3]>>(), 0);
     assert_eq!(size_of::<State<On, [f32; 3]>>(), 12);
@@ -178,7 +178,7 @@ fn state_of_absent_effects_has_no_size() {
 }
 
 #[test]
-fn what_says_nothing_is_folded_away() {
+fn no_op_scene_features_require_no_effects() {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let grey = Rgb::grey(0.3);
     let one_colour = ColourDescription::Texture(Arc::new(Texture::Checker {

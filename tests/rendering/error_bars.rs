@@ -5,6 +5,7 @@
 
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::error_bars::{Coverage, Kept, settings};
+use crate::common::nightly::samplers;
 use crate::common::room::{floor_below, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle};
 use etendue::internals::accel::Backend;
@@ -16,7 +17,7 @@ use etendue::internals::scene::description::{GeometryDescription, SceneDescripti
 use std::sync::LazyLock;
 
 #[test]
-fn bars_of_closed_forms_cover_as_often_as_they_say() {
+fn error_bars_have_nominal_coverage_for_closed_forms() {
     let square = rectangle([-1.0, 1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0]);
     let disk = GeometryDescription::Disk {
         center: DVec3::Y,
@@ -45,7 +46,7 @@ fn bars_of_closed_forms_cover_as_often_as_they_say() {
                     ..settings(&description, sampler, 0, spp)
                 };
                 let mut coverage = Coverage::default();
-                coverage.add_pictures((&scene, &description), &settings, 100, |_| exact);
+                coverage.add_images((&scene, &description), &settings, 100, |_| exact);
                 println!("| {name}, {}, {spp} spp |{coverage}", sampler.name());
                 assert_eq!(coverage.miscalibrated(), None, "{name}, {}", sampler.name());
             }
@@ -54,7 +55,7 @@ fn bars_of_closed_forms_cover_as_often_as_they_say() {
 }
 
 #[test]
-fn bars_of_rare_events_are_flagged() {
+fn error_bars_of_rare_events_are_flagged() {
     // Cosine-distributed directions hit the lamp with the probability of its form factor: the planted events of row 63.
     for (side, probability) in [(0.056, 1e-3), (0.0177, 1e-4)] {
         let half = side / 2.0;
@@ -74,7 +75,7 @@ fn bars_of_rare_events_are_flagged() {
         };
         let mut coverage = Coverage::default();
         let exact = 0.5 * form_factor;
-        coverage.add_pictures((&scene, &description), &settings, 10, |_| exact);
+        coverage.add_images((&scene, &description), &settings, 10, |_| exact);
         println!("| events of probability {probability} |{coverage}");
         assert!(coverage.flagged() > 0.99, "{}", coverage.flagged());
     }
@@ -105,7 +106,7 @@ fn of_room(roughness: f64, truth: &Film, sampler: SamplerKind, spp: u64) -> Cove
     let settings = settings(&description, sampler, 0, spp);
     let truth = truth.develop();
     let mut coverage = Coverage::default();
-    coverage.add_pictures((&scene, &description), &settings, 20, |index| {
+    coverage.add_images((&scene, &description), &settings, 20, |index| {
         f64::from(truth.pixels()[index].to_array()[1])
     });
     let sampler = sampler.name();
@@ -114,8 +115,8 @@ fn of_room(roughness: f64, truth: &Film, sampler: SamplerKind, spp: u64) -> Cove
 }
 
 #[test]
-fn bars_of_a_picture_cover_as_often_as_they_say() {
-    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+fn error_bars_have_nominal_coverage_in_a_rough_metal_room() {
+    for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
         let coverage = of_room(1.0, &MATTE_ROOM, sampler, 256);
         assert_eq!(coverage.miscalibrated(), None, "{}", sampler.name());
         assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
@@ -123,7 +124,7 @@ fn bars_of_a_picture_cover_as_often_as_they_say() {
 }
 
 #[test]
-fn bars_of_pixels_that_rare_events_have_yet_to_reach_cover_by_their_neighbours() {
+fn error_bars_have_nominal_coverage_with_rare_caustic_paths() {
     // Paths from the floor via the metal to the lamp are rare and bright: from its own samples alone one pixel in eight would
     // have a bar that is far too short.
     let coverage = of_room(0.3, &truth(0.3, 1 << 14), SamplerKind::Sobol, 256);
@@ -132,10 +133,10 @@ fn bars_of_pixels_that_rare_events_have_yet_to_reach_cover_by_their_neighbours()
 }
 
 #[test]
-fn an_error_that_is_asked_for_is_kept_and_hardly_undercut() {
+fn error_target_is_met_without_much_oversampling() {
     let description = room_with_metal(1.0);
     let scene = ready(&description, Backend::ALL[0]);
-    for sampler in [SamplerKind::Independent, SamplerKind::Sobol] {
+    for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
         for target in [0.08, 0.06] {
             let kept = Kept::of((&scene, &description), (sampler, target), 24, &MATTE_ROOM);
             println!("| {}, {target} |{kept}", sampler.name());

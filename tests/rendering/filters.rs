@@ -48,7 +48,7 @@ fn furnace() -> SceneDescription {
 }
 
 #[test]
-fn a_furnace_is_exact_up_to_the_edge() {
+fn splatted_furnace_image_is_exact_up_to_the_border() {
     for (kind, radius) in SPLATTED {
         let mut description = furnace();
         description.film.filter = FilterDescription { kind, radius };
@@ -124,7 +124,7 @@ fn splatting_agrees_with_importance_sampling() {
 }
 
 #[test]
-fn neither_tiles_nor_threads_nor_crops_change_a_bit() {
+fn splatted_images_are_independent_of_tiles_threads_and_crops() {
     for (kind, radius) in SPLATTED {
         let description = scene(kind, radius);
         let whole = rendered(&description, &splatting(&description, 8));
@@ -166,7 +166,7 @@ fn neither_tiles_nor_threads_nor_crops_change_a_bit() {
 }
 
 #[test]
-fn boxes_wide_filters_and_adaptive_renders_are_importance_sampled() {
+fn box_wide_and_adaptive_filters_use_importance_sampling() {
     let reach = |kind, radius, change: &dyn Fn(&mut RenderSettings)| {
         let filter = Filter::new(&FilterDescription { kind, radius });
         let mut settings = splatting(&load_text(SMALL), 4);
@@ -199,7 +199,7 @@ fn boxes_wide_filters_and_adaptive_renders_are_importance_sampled() {
 
 /// With independent samples the default filter has 3.0 times less variance, where light is smooth.
 #[test]
-fn splatting_has_less_error_and_says_so() {
+fn splatting_reduces_error_and_reports_it_accurately() {
     // Rare bright paths would make the ratio of errors uncertain.
     let matte = "type = \"diffuse\"\nreflectance = 0.5";
     let text = SMALL.replace("type = \"dielectric\"", matte).replace(
@@ -240,7 +240,7 @@ fn splatting_has_less_error_and_says_so() {
 
 /// Each pixel of an image of one sample a pixel is a sum of the replayed samples around it, with weights below 1.
 #[test]
-fn a_replayed_sample_is_the_radiance_at_its_source() {
+fn replayed_samples_are_consistent_with_splatted_pixels() {
     let description = scene(FilterKind::Gaussian, 1.5);
     let scene = ready(&description, Backend::ALL[0]);
     let filter = Filter::new(&description.film.filter);

@@ -29,7 +29,7 @@ fn settings(description: &SceneDescription, cache_error: f64, spp: u64) -> Rende
 }
 
 #[test]
-fn what_it_tells_is_within_the_bound_of_the_truth() {
+fn cached_irradiance_error_is_within_its_bound() {
     let mut counts = Vec::new();
     for (bound, seed) in [(0.2, 0), (0.05, 0), (0.2, 1), (0.2, 2), (0.2, 3)] {
         let trial = Trial {
@@ -63,7 +63,7 @@ fn tiles(film: &Film) -> Vec<Moments> {
 }
 
 #[test]
-fn a_room_is_as_path_shows_it() {
+fn cached_room_agrees_with_path_within_the_error_bound() {
     let mut description = furnished();
     // Large enough that the cache is used for most of the image: smaller images are left to path tracing.
     description.film.size = (64, 64);
@@ -112,7 +112,7 @@ fn a_room_is_as_path_shows_it() {
 }
 
 #[test]
-fn a_bound_of_zero_is_path_bit_for_bit() {
+fn zero_error_bound_is_bit_identical_to_path() {
     let description = furnished();
     let scene = ready(&description, Backend::ALL[0]);
     let cached = settings(&description, 0.0, 4);
@@ -127,7 +127,7 @@ fn a_bound_of_zero_is_path_bit_for_bit() {
 }
 
 #[test]
-fn the_same_bits_on_any_number_of_threads_and_for_one_pixel_alone() {
+fn cached_image_is_independent_of_threads_and_replayable() {
     let description = furnished();
     let scene = ready(&description, Backend::ALL[0]);
     for sampler in SamplerKind::ALL {
@@ -163,7 +163,7 @@ fn the_same_bits_on_any_number_of_threads_and_for_one_pixel_alone() {
 }
 
 #[test]
-fn an_interrupted_overture_leaves_what_there_is() {
+fn interrupted_cache_prepass_keeps_a_prefix_of_the_records() {
     let description = furnished();
     let scene = ready(&description, Backend::ALL[0]);
     let filter = Filter::new(&description.film.filter);
@@ -185,7 +185,7 @@ fn an_interrupted_overture_leaves_what_there_is() {
 }
 
 #[test]
-fn what_moves_is_refused_with_what_to_take_instead() {
+fn moving_scene_is_rejected_with_a_hint_to_use_path() {
     let text = format!(
         "{LAMP}
 [[shape]]

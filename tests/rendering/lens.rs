@@ -11,7 +11,7 @@ use etendue::internals::scene::description::SceneDescription;
 use etendue_lab::battery::closed_forms::disc_segment;
 
 #[test]
-fn a_lens_of_no_width_is_a_pinhole_bit_for_bit() {
+fn zero_radius_lens_is_bit_identical_to_a_pinhole() {
     for &backend in Backend::ALL {
         let pinhole = picture(&gallery(), backend, 4);
         for focus_distance in [1e-3, 1.0, 3.7, 1e9, 1e30] {
@@ -32,7 +32,7 @@ fn a_lens_of_no_width_is_a_pinhole_bit_for_bit() {
 
 /// Far from all edges, a lens of radius 1e-8 gives the radiance of a pinhole.
 #[test]
-fn a_tiny_lens_is_as_good_as_a_pinhole() {
+fn tiny_lens_radiance_agrees_with_a_pinhole() {
     for &backend in Backend::ALL {
         for target in [DVec3::new(0.7, -1.0, 0.0), DVec3::new(0.5, 0.3, 0.65)] {
             let mut scene = gallery();
@@ -87,7 +87,7 @@ fn an_edge_in_focus_is_sharp() {
 /// The lens moves with its camera: moving the camera along an edge does not change the blur of the edge, nor does turning the
 /// lens about its axis.
 #[test]
-fn a_lens_moves_with_its_camera() {
+fn edge_defocus_is_unchanged_by_motion_along_the_edge() {
     for x in [-0.5, 0.2, 0.8] {
         let mut scene = half_plane(0.1 * x, 2.0, 0.1, 1.0);
         let start = scene.camera.to_world;

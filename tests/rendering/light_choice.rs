@@ -101,7 +101,7 @@ radius = {}
 }
 
 #[test]
-fn every_selection_of_lights_has_the_same_mean() {
+fn power_and_contribution_light_selection_agree() {
     for (name, scene) in [("five lamps", five_lamps()), ("sixty lamps", sixty_lamps())] {
         let by = |integrator, choice, seed, spp| {
             let settings = RenderSettings {

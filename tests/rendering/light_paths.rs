@@ -43,14 +43,14 @@ fn compare(what: &str, scene: &SceneDescription, power: f64, max_bounces: Option
 }
 
 #[test]
-fn they_agree_with_path_in_every_part_of_six_scenes() {
+fn light_paths_agree_with_path_in_every_block_of_six_scenes() {
     for (name, scene, power) in &six_scenes() {
         compare(name, scene, *power, None);
     }
 }
 
 #[test]
-fn they_agree_for_every_number_of_bounces_and_of_light_paths() {
+fn light_paths_agree_with_path_for_bounce_limits_and_shares() {
     let scene = glass(0.0);
     for max_bounces in 0..5 {
         compare(
@@ -67,7 +67,7 @@ fn they_agree_for_every_number_of_bounces_and_of_light_paths() {
 }
 
 #[test]
-fn every_kind_of_light_is_found_by_light_paths() {
+fn light_paths_agree_with_path_under_every_kind_of_light() {
     for (name, scene) in &kinds_of_light() {
         let with = with_light_paths(scene, LightPathShare::One, 32);
         compare_with_path_alone(name, scene, with, 192, 0.03);
@@ -77,7 +77,7 @@ fn every_kind_of_light_is_found_by_light_paths() {
 /// Point and spot lights in a room with a glass ball, whose caustics `path` misses and `bdpt` finds. With more than three
 /// bounces, `bdpt` alone finds the light of a caustic on a wall that is seen through the ball.
 #[test]
-fn they_find_the_caustics_of_lights_without_a_size() {
+fn light_paths_and_bdpt_agree_on_delta_light_caustics() {
     for (name, lit) in &kinds_of_light()[..2] {
         let mut scene = glass(0.0);
         for shape in &mut scene.shapes {
@@ -95,18 +95,18 @@ fn they_find_the_caustics_of_lights_without_a_size() {
 }
 
 #[test]
-fn shading_normals_are_the_same_for_light_paths() {
+fn light_paths_agree_with_path_with_shading_normals() {
     compare("stones", &stones(), 0.02, None);
 }
 
 #[test]
-fn a_wall_within_glass_is_the_same_for_light_paths() {
+fn light_paths_agree_with_path_on_a_wall_inside_glass() {
     compare("a wall within glass", &wall_within_glass(), 0.03, None);
 }
 
 /// Lenses, motion, instances, textures, normal maps, alpha and one-sided surfaces.
 #[test]
-fn random_scenes_are_the_same_with_light_paths() {
+fn light_paths_agree_with_path_in_generated_scenes() {
     let mut generator = Generator::new(43);
     for index in 0..6 {
         // Caustics of delta lights are found by light paths alone.
@@ -118,7 +118,7 @@ fn random_scenes_are_the_same_with_light_paths() {
 
 /// Crops with a wide filter, a lens and motion.
 #[test]
-fn crops_and_lenses_take_light_paths() {
+fn light_paths_agree_with_path_with_crops_and_lenses() {
     let mut scene = glass(0.0);
     scene.film.size = (24, 24);
     scene.camera.lens_radius = 0.1;
@@ -143,7 +143,7 @@ fn crops_and_lenses_take_light_paths() {
 
 /// The variance that renders estimate for their pixels equals the variance between renders, averaged over the image.
 #[test]
-fn error_bars_hold_what_light_paths_add_to_the_noise() {
+fn light_path_variance_estimate_matches_that_between_renders() {
     let scene = glass(0.0);
     let settings = with_light_paths(&scene, LightPathShare::Half, 16);
     let ratio = claimed_over_true_variance(&scene, &settings);
@@ -166,7 +166,7 @@ pub fn squared_error(name: &str, mut options: RenderOptions) -> (f64, PathChoice
     let (session, mut rendering) = begun(name, &options);
     let until = rendering.settings().budget;
     rendering
-        .go_on(&session, until, &Unwatched)
+        .continue_until(&session, until, &Unwatched)
         .expect("it renders");
     let error = rendering.rendered().film.error(0.95);
     let rel_rmse = error.expect("samples in every batch").rel_rmse;
@@ -176,7 +176,7 @@ pub fn squared_error(name: &str, mut options: RenderOptions) -> (f64, PathChoice
 /// Light paths double the efficiency of caustics, halve that of four-lights, and find light in materials that camera paths
 /// miss.
 #[test]
-fn a_pilot_takes_light_paths_where_they_pay() {
+fn pilot_enables_light_paths_only_where_more_efficient() {
     for (name, least, most) in [
         ("caustics", 1.25, 10.0),
         ("four-lights", 1.0, 1.25),
@@ -206,7 +206,7 @@ fn a_pilot_takes_light_paths_where_they_pay() {
 
 /// The ratio of squared errors that a pilot expects from the gains of light paths is that of renders with and without.
 #[test]
-fn the_gain_of_light_paths_is_foreseen() {
+fn pilot_predicts_the_error_reduction_of_light_paths() {
     let error = |rule| {
         let mut options = RenderOptions::samples(512);
         options.light_paths = Some(rule);
@@ -222,14 +222,14 @@ fn the_gain_of_light_paths_is_foreseen() {
 }
 
 #[test]
-fn threads_and_tiles_change_no_bit() {
+fn light_path_images_are_bit_identical_across_threads_and_tiles() {
     let scene = glass(0.0);
     let settings = with_light_paths(&scene, LightPathShare::Two, 16);
     assert_threads_and_tiles_change_no_bit(&scene, &settings);
 }
 
 #[test]
-fn adaptive_sampling_and_other_integrators_are_refused() {
+fn light_paths_are_rejected_with_adaptive_sampling_or_bdpt() {
     let scene = matte();
     let options = |change: &dyn Fn(&mut RenderOptions)| {
         let mut options = RenderOptions::samples(64);

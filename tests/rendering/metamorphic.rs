@@ -164,7 +164,7 @@ fn moved(scene: &SceneDescription, turn: DMat3, factor: f64, by: DVec3) -> Scene
 }
 
 #[test]
-fn lamps_brighter_by_a_power_of_two_make_pixels_brighter_by_that() {
+fn scaling_lights_by_powers_of_two_scales_pixels_exactly() {
     for (index, backend, scene) in generated(11, 24) {
         let settings = settings(&scene);
         let reference = picture(&scene, backend, &settings);
@@ -178,7 +178,7 @@ fn lamps_brighter_by_a_power_of_two_make_pixels_brighter_by_that() {
 }
 
 #[test]
-fn units_larger_by_a_power_of_two_change_nothing() {
+fn scaling_units_by_powers_of_two_leaves_images_bit_identical() {
     for (index, backend, scene) in generated(12, 24) {
         let settings = settings(&scene);
         let reference = picture(&scene, backend, &settings);
@@ -197,7 +197,7 @@ fn units_larger_by_a_power_of_two_change_nothing() {
 }
 
 #[test]
-fn far_from_the_origin_every_backend_sees_the_same() {
+fn distant_translation_preserves_images_with_every_backend() {
     let scene = load_text(SMALL);
     let settings = settings(&scene);
     for &backend in Backend::ALL {
@@ -212,7 +212,7 @@ fn far_from_the_origin_every_backend_sees_the_same() {
 }
 
 #[test]
-fn threads_and_tiles_change_nothing_with_any_backend() {
+fn images_are_independent_of_threads_and_tiles_for_any_backend() {
     for (index, _, scene) in generated(13, 4) {
         for &backend in Backend::ALL {
             let base = settings(&scene);
@@ -241,7 +241,7 @@ fn opaque(wanted: EffectSet) -> EffectSet {
 }
 
 #[test]
-fn an_opaque_shape_that_is_there_twice_looks_as_if_it_were_there_once() {
+fn duplicated_opaque_shapes_leave_images_bit_identical() {
     let mut generator = Generator::new(14);
     for index in 0..12 {
         let wanted = opaque(generator.wanted());
@@ -269,7 +269,7 @@ fn an_opaque_shape_that_is_there_twice_looks_as_if_it_were_there_once() {
 }
 
 #[test]
-fn vertices_that_no_triangle_has_change_nothing() {
+fn unreferenced_vertices_leave_images_bit_identical() {
     let mut generator = Generator::new(18);
     for index in 0..6 {
         let wanted = generator.wanted().with(Effect::ShadingNormals);
@@ -293,7 +293,7 @@ fn vertices_that_no_triangle_has_change_nothing() {
 }
 
 #[test]
-fn shapes_in_another_order_look_the_same() {
+fn reordered_nonemissive_shapes_leave_images_bit_identical() {
     for (index, _, scene) in generated(15, 12) {
         let settings = settings(&scene);
         let (mut lamps, mut others): (Vec<_>, Vec<_>) = scene
@@ -317,7 +317,7 @@ fn shapes_in_another_order_look_the_same() {
 }
 
 #[test]
-fn two_sided_triangles_look_the_same_inside_out() {
+fn flipping_two_sided_triangles_preserves_most_pixels() {
     let wanted = opaque(EffectSet::ALL.without(Effect::Instances));
     let mut generator = Generator::new(16);
     let mut flipped = 0;
@@ -351,7 +351,7 @@ fn two_sided_triangles_look_the_same_inside_out() {
 }
 
 #[test]
-fn no_axis_is_special() {
+fn cyclic_axis_permutation_preserves_the_mean() {
     // Maps x to y, y to z and z to x.
     let turn = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);
     for (index, backend, mut scene) in generated(17, 12) {
@@ -371,7 +371,7 @@ fn no_axis_is_special() {
 }
 
 #[test]
-fn generated_pictures_are_not_black() {
+fn most_generated_images_are_not_black() {
     let lit = generated(11, 24).filter(|(_, backend, scene)| {
         let image = picture(scene, *backend, &settings(scene));
         assert_eq!((image.width(), image.height()), SIZE);

@@ -27,7 +27,7 @@ fn compare(
 }
 
 #[test]
-fn it_agrees_with_path_in_every_part_of_six_scenes() {
+fn metropolis_agrees_with_path_in_every_block_of_six_scenes() {
     compare("matte", &matte(), [64, 128], 0.02, None);
     compare("glossy", &glossy(), [64, 128], 0.03, None);
     compare("outside", &outside(), [64, 128], 0.03, None);
@@ -37,7 +37,7 @@ fn it_agrees_with_path_in_every_part_of_six_scenes() {
 }
 
 #[test]
-fn it_agrees_for_every_number_of_bounces() {
+fn metropolis_agrees_with_path_for_zero_to_three_bounces() {
     for max_bounces in 0..4 {
         let what = format!("{max_bounces} bounces");
         compare(&what, &glass(0.0), [64, 128], 0.03, Some(max_bounces));
@@ -51,7 +51,7 @@ fn short_chains_are_unbiased() {
 }
 
 #[test]
-fn error_bars_hold_the_spread_of_chains() {
+fn variance_estimate_matches_that_between_renders() {
     let scene = matte();
     let ready = ready(&scene, Backend::ALL[0]);
     let films: Vec<_> = (0..32)
@@ -79,7 +79,7 @@ fn error_bars_hold_the_spread_of_chains() {
 
 /// One step per pixel in each batch is too few for the batches to agree; 64 steps are enough.
 #[test]
-fn chains_that_have_not_found_the_same_are_told_from_those_that_have() {
+fn chain_disagreement_falls_with_more_steps() {
     let scene = glass(0.0);
     let ready = ready(&scene, Backend::ALL[0]);
     let told = |spp| {
@@ -96,7 +96,7 @@ fn chains_that_have_not_found_the_same_are_told_from_those_that_have() {
 }
 
 #[test]
-fn where_no_light_is_found_the_render_says_so() {
+fn unlit_scene_fails_with_an_error_about_missing_light() {
     let scene = room("");
     let ready = ready(&scene, Backend::ALL[0]);
     let filter = Filter::new(&scene.film.filter);
@@ -111,7 +111,7 @@ fn where_no_light_is_found_the_render_says_so() {
 /// Power: that of about 2000 intervals, for any length of the chains. The truth has eight times the samples of the longest ones,
 /// so that its own error is small beside their bars.
 #[test]
-fn bars_that_are_trusted_cover_as_often_as_they_say() {
+fn unflagged_error_bars_have_nominal_coverage() {
     let scene = matte();
     let ready = ready(&scene, Backend::ALL[0]);
     let long = if is_nightly() { 8192 } else { 2048 };
@@ -124,7 +124,7 @@ fn bars_that_are_trusted_cover_as_often_as_they_say() {
     let coverage = |spp, seeds| {
         let mut coverage = Coverage::default();
         let settings = settings(&scene, IntegratorKind::Metropolis, spp);
-        coverage.add_pictures((&ready, &scene), &settings, seeds, |index| {
+        coverage.add_images((&ready, &scene), &settings, seeds, |index| {
             truth.pixels()[index].to_array()[1].into()
         });
         println!("| mlt, {spp} steps a pixel |{coverage}");

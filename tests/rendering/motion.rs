@@ -82,7 +82,7 @@ fn standing(
 }
 
 #[test]
-fn what_stands_still_is_bit_identical_to_the_same_without_keys() {
+fn static_keyframes_are_bit_identical_to_static_transforms() {
     let there = DVec3::new(0.25, -0.5, 0.125);
     let turned = DAffine3::from_rotation_z(0.3) * DAffine3::from_scale(DVec3::new(1.0, -1.5, 0.7));
     let at = |p: DVec3| DAffine3 {
@@ -154,7 +154,7 @@ fn plate() -> GeometryDescription {
 }
 
 #[test]
-fn an_occluder_hides_the_share_of_time_that_it_is_there() {
+fn moving_occluder_blocks_its_share_of_shutter_time() {
     for share in [0.03, 0.25, 0.5, 0.9] {
         // At unit speed the edge crosses the camera ray at the time `share`.
         let path = slide(-share * DVec3::X, (1.0 - share) * DVec3::X);
@@ -167,7 +167,7 @@ fn an_occluder_hides_the_share_of_time_that_it_is_there() {
 }
 
 #[test]
-fn keys_count_while_the_shutter_is_open() {
+fn keyframed_motion_is_averaged_over_the_shutter_interval() {
     let at = |x: f64| DAffine3::from_translation(x * DVec3::X);
     let path = |time: f64| at(time - 2.0);
     for (name, shutter, keys, seen) in [
@@ -226,7 +226,7 @@ fn keys_count_while_the_shutter_is_open() {
 }
 
 #[test]
-fn an_emitting_disk_leaves_the_trace_of_its_chords() {
+fn moving_disk_motion_blur_matches_chord_lengths() {
     const RADIUS: f64 = 0.3;
     const PATH: [f64; 2] = [-0.7, 0.6];
     for (x, y) in [
@@ -254,7 +254,7 @@ fn an_emitting_disk_leaves_the_trace_of_its_chords() {
 }
 
 #[test]
-fn a_camera_that_flies_over_a_checker_sees_each_field_for_its_time() {
+fn moving_camera_averages_a_checker_over_the_shutter() {
     // Fields of length 1 from x = -2 on, of radiance 1 and 3 alternately.
     let exact = |from: f64, to: f64| {
         let radiance = |x: f64| {
@@ -290,7 +290,7 @@ fn a_camera_that_flies_over_a_checker_sees_each_field_for_its_time() {
 /// A blade turns at constant angular speed: it covers every angle for the same time. With linear interpolation of points
 /// between keys it would be faster in the middle.
 #[test]
-fn a_turntable_turns_evenly() {
+fn rotation_keyframes_have_constant_angular_speed() {
     // A wedge of 22.5 degrees whose tip is the axis.
     let half = 11.25_f64.to_radians();
     let corner = |angle: f64| DVec3::new(angle.cos(), angle.sin(), 0.0);
@@ -322,7 +322,7 @@ fn a_turntable_turns_evenly() {
 /// Rotating the camera about its position, or moving it, equals the inverse motion of everything else. The lamp, a ball, is
 /// hit by scattered rays alone if the scene moves, and sampled as a light, too, if the camera moves.
 #[test]
-fn a_camera_moves_as_if_everything_else_moved_the_other_way() {
+fn camera_motion_agrees_with_inverse_scene_motion() {
     let ball = |center: [f64; 3], radius: f64| GeometryDescription::Sphere {
         center: center.into(),
         radius,
@@ -428,7 +428,7 @@ fn moving_shadows_average_over_time() {
 
 /// The irradiance is the mean of configuration factors, with light sampling and with scattered rays.
 #[test]
-fn a_moving_lamp_lights_as_it_does_on_the_average() {
+fn moving_area_light_irradiance_matches_its_time_average() {
     for (height, from, to) in [(0.5, -1.5, 1.0), (1.0, 0.5, 3.0), (0.3, 0.0, 0.2)] {
         let corner = |x: f64| x.signum() * parallel_rectangle(x.abs(), 1.0, height);
         let factor = |x: f64| 2.0 * (corner(x + 1.0) - corner(x - 1.0));

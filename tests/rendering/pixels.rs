@@ -59,7 +59,7 @@ fn beyond(filter: FilterDescription, d: f64) -> f64 {
 }
 
 #[test]
-fn beside_an_edge_a_pixel_is_the_integral_of_its_filter() {
+fn pixel_values_at_an_edge_match_the_filter_integral() {
     for (kind, radius) in [
         (FilterKind::Box, 0.5),
         (FilterKind::Box, 1.3),

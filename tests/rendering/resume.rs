@@ -48,7 +48,7 @@ impl Stage {
         render(&self.scene, &self.filter, size, settings, &Unwatched).expect("valid settings")
     }
 
-    fn go_on(
+    fn continue_until(
         &self,
         settings: &RenderSettings,
         until: Budget,
@@ -65,7 +65,7 @@ impl Stage {
 }
 
 #[test]
-fn samples_in_parts_are_those_at_once() {
+fn render_in_parts_is_bit_identical_to_a_single_render() {
     let stage = Stage::new();
     for (sampler, integrator) in [
         (SamplerKind::Independent, IntegratorKind::Path),
@@ -84,7 +84,7 @@ fn samples_in_parts_are_those_at_once() {
             for spp in [16, 32, 48] {
                 let until = Budget::samples(spp);
                 stage
-                    .go_on(&settings(16), until, &mut parts, &Unwatched)
+                    .continue_until(&settings(16), until, &mut parts, &Unwatched)
                     .expect("valid settings");
                 assert_eq!(parts.spp, spp);
             }
@@ -116,7 +116,7 @@ impl RenderObserver for Impatient {
 }
 
 #[test]
-fn an_interrupted_render_goes_on_and_loses_nothing() {
+fn interrupted_render_resumes_to_the_same_image() {
     let stage = Stage {
         threads: Threads::new(1).expect("a thread"),
         ..Stage::new()
@@ -127,7 +127,7 @@ fn an_interrupted_render_goes_on_and_loses_nothing() {
         tiles: AtomicU64::new(27),
     };
     stage
-        .go_on(&settings, settings.budget, &mut parts, &observer)
+        .continue_until(&settings, settings.budget, &mut parts, &observer)
         .expect("valid settings");
     assert!(parts.cancelled);
     let samples = parts.film.tiles().iter().map(|tile| tile.samples);
@@ -137,7 +137,7 @@ fn an_interrupted_render_goes_on_and_loses_nothing() {
         "it was not cancelled within a pass: {least:?} {most:?}"
     );
     stage
-        .go_on(&settings, settings.budget, &mut parts, &Unwatched)
+        .continue_until(&settings, settings.budget, &mut parts, &Unwatched)
         .expect("valid settings");
     assert!(!parts.cancelled);
     let whole = stage.at_once(&settings);
@@ -156,13 +156,13 @@ impl RenderObserver for Album {
 }
 
 #[test]
-fn every_pass_shows_the_picture_so_far() {
+fn observer_receives_the_image_after_every_pass() {
     let stage = Stage::new();
     let settings = stage.settings(4);
     let album = Album(Mutex::default());
     let mut rendered = Rendered::nothing(&settings, &stage.filter);
     stage
-        .go_on(&settings, settings.budget, &mut rendered, &album)
+        .continue_until(&settings, settings.budget, &mut rendered, &album)
         .expect("valid settings");
     let pictures = album.0.into_inner().expect("no thread panicked");
     // Passes of 1, 1 and 2 samples.
@@ -175,7 +175,7 @@ fn every_pass_shows_the_picture_so_far() {
 }
 
 #[test]
-fn what_cannot_go_on_is_refused_and_stays() {
+fn resuming_an_adaptive_render_is_rejected_without_changes() {
     let stage = Stage::new();
     let adaptive = RenderSettings {
         adaptive: Adaptive::TwoPhase,
@@ -184,7 +184,7 @@ fn what_cannot_go_on_is_refused_and_stays() {
     let mut rendered = stage.at_once(&adaptive);
     let before = rendered.film.develop();
     let until = Budget::samples(32);
-    let refused = stage.go_on(&adaptive, until, &mut rendered, &Unwatched);
+    let refused = stage.continue_until(&adaptive, until, &mut rendered, &Unwatched);
     let refused = refused.expect_err("it cannot be resumed");
     assert_eq!(refused.kind(), ErrorKind::Usage, "{refused}");
     assert_eq!(rendered.film.develop(), before);

@@ -57,7 +57,7 @@ fn compare(
 }
 
 #[test]
-fn they_agree_with_path_in_every_part_of_six_scenes() {
+fn path_reuse_agrees_with_path_in_every_block_of_six_scenes() {
     for (name, scene, power) in &six_scenes() {
         for reuse in [Reuse::Sixteen, Reuse::Four] {
             compare(name, scene, reuse, *power, None);
@@ -66,7 +66,7 @@ fn they_agree_with_path_in_every_part_of_six_scenes() {
 }
 
 #[test]
-fn they_agree_for_every_number_of_bounces() {
+fn path_reuse_agrees_with_path_for_zero_to_four_bounces() {
     for (name, scene) in [("matte", matte()), ("smooth glass", glass(0.0))] {
         for max_bounces in 0..5 {
             let what = format!("{name}, {max_bounces} bounces");
@@ -76,7 +76,7 @@ fn they_agree_for_every_number_of_bounces() {
 }
 
 #[test]
-fn every_kind_of_light_is_shared() {
+fn path_reuse_agrees_with_path_under_every_kind_of_light() {
     for (name, scene) in &kinds_of_light() {
         compare(name, scene, Reuse::Sixteen, 0.03, None);
     }
@@ -84,7 +84,7 @@ fn every_kind_of_light_is_shared() {
 
 /// A wall with vertical stripes, one pixel wide, of metal or black: every block has pixels that share and others that do not.
 #[test]
-fn pixels_share_beside_others_that_do_not() {
+fn path_reuse_agrees_with_path_in_partly_shareable_blocks() {
     let metal = with_metal_ball(0.5, [0.0, 0.3, 0.5], 0.2);
     let mut black = metal.clone();
     let model = MaterialModel::Diffuse {
@@ -115,13 +115,13 @@ fn pixels_share_beside_others_that_do_not() {
 }
 
 #[test]
-fn shading_normals_take_part() {
+fn path_reuse_agrees_with_path_with_shading_normals() {
     compare("stones", &stones(), Reuse::Sixteen, 0.02, None);
 }
 
 /// Lenses, instances, textures, normal maps and one-sided surfaces.
 #[test]
-fn random_scenes_are_the_same_with_shared_paths() {
+fn path_reuse_agrees_with_path_in_generated_scenes() {
     let mut generator = Generator::new(44);
     let wanted = NEVER_SHARED
         .into_iter()
@@ -140,7 +140,7 @@ fn random_scenes_are_the_same_with_shared_paths() {
 
 /// Crops that begin and end within blocks, with a lens and filters with negative weights, sampled and splatted.
 #[test]
-fn crops_and_lenses_and_filters_take_shared_paths() {
+fn path_reuse_agrees_with_path_with_crops_lenses_and_filters() {
     let mut scene = matte();
     scene.film.size = (24, 24);
     scene.camera.lens_radius = 0.1;
@@ -167,7 +167,7 @@ fn crops_and_lenses_and_filters_take_shared_paths() {
 /// A wedge whose opening is a thousandth of its length: pixels near its edge find surfaces at distances over many orders of
 /// magnitude, and at grazing angles.
 #[test]
-fn a_narrow_wedge_is_finite_and_the_same() {
+fn path_reuse_is_finite_and_agrees_with_path_in_a_narrow_wedge() {
     let mut scene = room(LAMP);
     let lid = rectangle([-1.0, 0.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2e-3, 2.0]);
     scene.shapes.push(surface(lid, 0.0));
@@ -208,7 +208,7 @@ fn variance(scene: &SceneDescription, reuse: Reuse) -> f64 {
 }
 
 #[test]
-fn more_shared_paths_leave_less_noise() {
+fn more_path_reuse_lowers_the_variance() {
     let mut scene = matte();
     // Pixels of a group are to see neighbouring points.
     scene.film.size = (48, 48);
@@ -223,7 +223,7 @@ fn more_shared_paths_leave_less_noise() {
 
 /// The variance that renders estimate for their pixels equals the variance between renders, averaged over the image.
 #[test]
-fn error_bars_hold_with_shared_paths() {
+fn path_reuse_variance_estimate_matches_that_between_renders() {
     let scene = matte();
     for filter_sampling in [FilterSampling::Importance, FilterSampling::Splatting] {
         let settings = RenderSettings {
@@ -237,7 +237,7 @@ fn error_bars_hold_with_shared_paths() {
 
 /// In closed rooms of matte surfaces shared paths pay; not where most light is direct, or leaves after one surface.
 #[test]
-fn a_pilot_shares_paths_where_they_pay() {
+fn pilot_enables_path_reuse_only_where_more_efficient() {
     for (name, pays) in [
         ("cornell-box", true),
         ("four-lights", false),
@@ -263,7 +263,7 @@ fn a_pilot_shares_paths_where_they_pay() {
 }
 
 #[test]
-fn no_pilot_shares_paths_where_that_cannot_be() {
+fn path_reuse_stays_off_where_unsupported() {
     let options = |change: &dyn Fn(&mut RenderOptions)| {
         let mut options = RenderOptions::samples(4);
         change(&mut options);
@@ -298,7 +298,7 @@ fn no_pilot_shares_paths_where_that_cannot_be() {
 
 /// The ratio of squared errors that a pilot measures in a few windows is that of whole renders.
 #[test]
-fn the_gain_of_shared_paths_is_foreseen() {
+fn pilot_predicts_the_error_reduction_of_path_reuse() {
     let error = |rule| {
         let mut options = RenderOptions::samples(64);
         options.reuse = Some(rule);
@@ -315,7 +315,7 @@ fn the_gain_of_shared_paths_is_foreseen() {
 }
 
 #[test]
-fn threads_and_tiles_change_no_bit() {
+fn path_reuse_images_are_bit_identical_across_threads_and_tiles() {
     let scene = glossy();
     for reuse in [Reuse::Four, Reuse::Sixteen] {
         let settings = with_reuse(&scene, reuse, 16);
@@ -325,7 +325,7 @@ fn threads_and_tiles_change_no_bit() {
 
 /// With a box filter and one sample per pixel, an image is its replayed samples.
 #[test]
-fn a_replayed_sample_has_the_light_of_its_whole_group() {
+fn replayed_sample_includes_light_shared_by_its_group() {
     let scene = matte();
     let ready = ready(&scene, Backend::ALL[0]);
     let filter = Filter::new(&scene.film.filter);
@@ -348,7 +348,7 @@ fn a_replayed_sample_has_the_light_of_its_whole_group() {
 }
 
 #[test]
-fn settings_that_take_paths_as_their_own_pixels_are_refused() {
+fn settings_incompatible_with_path_reuse_are_rejected() {
     let scene = matte();
     let options = |change: &dyn Fn(&mut RenderOptions)| {
         let mut options = RenderOptions::samples(64);

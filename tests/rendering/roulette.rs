@@ -36,7 +36,7 @@ fn highlight() -> SceneDescription {
 }
 
 #[test]
-fn no_roulette_changes_what_a_highlight_shows() {
+fn russian_roulette_is_unbiased_on_a_glossy_highlight() {
     let scene = highlight();
     let with = |roulette| see(&scene, Backend::ALL[0], 1 << 13, Some(1), roulette);
     let never = with(Roulette::None);
@@ -53,7 +53,7 @@ fn no_roulette_changes_what_a_highlight_shows() {
 
 /// Paths leave open scenes, where the smaller window is taken; closed rooms keep the usual one, and what is named stays.
 #[test]
-fn the_window_is_small_where_paths_hardly_get_longer() {
+fn weight_window_is_smaller_in_open_scenes() {
     for (name, parts) in [("environment", 4), ("motion-blur", 4), ("ajar-door", 2)] {
         let path = in_repository(&format!("scenes/{name}/{name}.toml"));
         let scene = load(&path).expect("it is valid");

@@ -97,7 +97,7 @@ fn movable() -> SceneDescription {
 }
 
 #[test]
-fn a_session_renders_what_a_render_of_its_scene_does() {
+fn session_render_is_identical_to_a_direct_render() {
     let description = load_text(SMALL);
     let session = session(description.clone(), Backend::ALL[0]);
     let settings = RenderSettings {
@@ -116,7 +116,7 @@ fn a_session_renders_what_a_render_of_its_scene_does() {
 }
 
 #[test]
-fn another_camera_builds_nothing_and_shows_what_it_should() {
+fn changing_the_camera_rebuilds_nothing_and_renders_correctly() {
     for &backend in Backend::ALL {
         let mut changed = session(movable(), backend);
         let world = Arc::clone(&changed.scene().world);
@@ -143,7 +143,7 @@ fn another_camera_builds_nothing_and_shows_what_it_should() {
 }
 
 #[test]
-fn another_place_builds_no_group_and_shows_what_it_should() {
+fn moving_an_instance_rebuilds_no_group_and_renders_correctly() {
     for &backend in Backend::ALL {
         let mut changed = session(movable(), backend);
         let before = picture(&changed, 4);
@@ -165,7 +165,7 @@ fn another_place_builds_no_group_and_shows_what_it_should() {
 }
 
 #[test]
-fn a_change_that_is_refused_changes_nothing() {
+fn rejected_changes_leave_the_session_unchanged() {
     let mut session = session(movable(), Backend::ALL[0]);
     let before = picture(&session, 2);
     let mut rendering = session.start(&RenderOptions::samples(2)).expect("valid");
@@ -192,13 +192,13 @@ fn a_change_that_is_refused_changes_nothing() {
     session.set_film(film).expect_err("the film is empty");
     assert_eq!(session.work().builds + session.work().placements, 1);
     rendering
-        .go_on(&session, Budget::samples(2), &Unwatched)
+        .continue_until(&session, Budget::samples(2), &Unwatched)
         .expect("the scene has not changed");
     assert_eq!(rendering.image(), before);
 }
 
 #[test]
-fn a_rendering_goes_on_until_its_scene_changes() {
+fn rendering_continues_until_its_scene_changes() {
     let mut here = session(movable(), Backend::ALL[0]);
     let whole = picture(&here, 6);
     let mut rendering = here
@@ -218,7 +218,7 @@ fn a_rendering_goes_on_until_its_scene_changes() {
 }
 
 #[test]
-fn layers_are_there_for_those_who_ask() {
+fn layers_are_available_only_if_requested() {
     let session = session(load_text(SMALL), Backend::ALL[0]);
     let mut options = RenderOptions::samples(16);
     let bare = session.render(&options, &Unwatched).expect("valid");
@@ -236,7 +236,7 @@ fn layers_are_there_for_those_who_ask() {
 }
 
 #[test]
-fn a_picture_that_fits_in_no_memory_is_refused() {
+fn image_too_large_for_memory_is_rejected() {
     let mut session = session(movable(), Backend::ALL[0]);
     let film = FilmDescription {
         size: (65536, 65536),
@@ -251,7 +251,7 @@ fn a_picture_that_fits_in_no_memory_is_refused() {
 }
 
 #[test]
-fn rays_meet_what_is_there() {
+fn ray_queries_return_correct_hits_and_reject_invalid_rays() {
     let session = session(movable(), Backend::ALL[0]);
     // The ray hits the lamp from above, whose top is at a height of 1.2.
     let down = QueryRay::new(DVec3::new(1.5, 5.0, 0.0), DVec3::new(0.0, -7.0, 0.0));
@@ -297,7 +297,7 @@ fn rays_meet_what_is_there() {
 }
 
 #[test]
-fn radiance_along_rays_is_what_a_closed_form_says() {
+fn radiance_queries_match_closed_forms() {
     let camera = CameraDescription::pinhole(DAffine3::IDENTITY, 1.0);
     let mut scene = SceneDescription::new("ball", camera);
     let reflectance = Rgb::new(0.7, 0.5, 0.2).into();
@@ -341,7 +341,7 @@ fn radiance_along_rays_is_what_a_closed_form_says() {
 }
 
 #[test]
-fn two_renders_at_once_do_not_disturb_each_other() {
+fn concurrent_renders_do_not_affect_each_other() {
     let session = session(load_text(SMALL), Backend::ALL[0]);
     let alone = picture(&session, 8);
     let [a, b] = std::thread::scope(|scope| {

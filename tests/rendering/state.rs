@@ -54,7 +54,7 @@ fn shard(session: &Session, options: &RenderOptions, shard: Shard, file: &Path) 
     rendering.restrict(shard).expect("it can be divided");
     let until = rendering.budget();
     rendering
-        .go_on(session, until, &Unwatched)
+        .continue_until(session, until, &Unwatched)
         .expect("it renders");
     rendering.save(session, file).expect("it is written");
 }
@@ -108,7 +108,7 @@ fn assert_same(state: &State, whole: &Rendering, what: &str) {
 }
 
 #[test]
-fn shards_merge_to_the_bits_of_one_render() {
+fn merged_shards_are_bit_identical_to_one_render() {
     let folder = folder();
     for (integrator, sampler, spp) in [
         (IntegratorKind::Path, SamplerKind::Sobol, 256),
@@ -141,7 +141,7 @@ fn shards_merge_to_the_bits_of_one_render() {
 }
 
 #[test]
-fn layers_and_error_bars_are_those_of_one_render() {
+fn merged_layers_and_error_bars_equal_those_of_one_render() {
     let folder = folder();
     let mut options = options(IntegratorKind::Path, 62);
     options.layers = true;
@@ -162,7 +162,7 @@ fn layers_and_error_bars_are_those_of_one_render() {
 }
 
 #[test]
-fn merged_states_are_merged_again() {
+fn partial_merges_merge_to_the_full_render() {
     let folder = folder();
     let options = options(IntegratorKind::Bidirectional, 32);
     let session = session(SMALL, 2);
@@ -200,7 +200,7 @@ impl RenderObserver for Impatient {
 }
 
 #[test]
-fn a_render_continues_from_its_state_wherever_it_was_interrupted() {
+fn resuming_a_state_file_equals_an_uninterrupted_render() {
     let folder = folder();
     let file = folder.path().join("state.etd");
     for integrator in [IntegratorKind::Path, IntegratorKind::Bidirectional] {
@@ -213,7 +213,7 @@ fn a_render_continues_from_its_state_wherever_it_was_interrupted() {
             let until = rendering.budget();
             let impatient = Impatient(AtomicU64::new(tiles));
             rendering
-                .go_on(&begun, until, &impatient)
+                .continue_until(&begun, until, &impatient)
                 .expect("it renders");
             assert!(rendering.rendered().cancelled);
             rendering.save(&begun, &file).expect("it is written");
@@ -223,7 +223,7 @@ fn a_render_continues_from_its_state_wherever_it_was_interrupted() {
                 .resume(&options, state, &Unwatched)
                 .expect("its state");
             rendering
-                .go_on(&other, until, &Unwatched)
+                .continue_until(&other, until, &Unwatched)
                 .expect("it renders");
             assert!(rendering.image() == whole.image(), "{integrator:?} {tiles}");
             assert_eq!(rendering.rendered().rays, whole.rendered().rays);
@@ -232,7 +232,7 @@ fn a_render_continues_from_its_state_wherever_it_was_interrupted() {
 }
 
 #[test]
-fn a_state_continues_to_more_samples_and_to_an_error() {
+fn state_resumes_to_more_samples_and_to_an_error_target() {
     let folder = folder();
     let file = folder.path().join("state.etd");
     let session = session(&matte(), 2);
@@ -243,7 +243,7 @@ fn a_state_continues_to_more_samples_and_to_an_error() {
             .expect("its state");
         let until = rendering.budget();
         rendering
-            .go_on(&session, until, &Unwatched)
+            .continue_until(&session, until, &Unwatched)
             .expect("it renders");
         rendering
     };
@@ -267,7 +267,7 @@ fn a_state_continues_to_more_samples_and_to_an_error() {
     let mut again = session.start(&to_error).expect("valid options");
     let until = again.budget();
     again
-        .go_on(&session, until, &checkpoints)
+        .continue_until(&session, until, &checkpoints)
         .expect("it renders");
     assert!(
         again.image() == whole.image(),
@@ -308,7 +308,7 @@ impl RenderObserver for Checkpoints {
 }
 
 #[test]
-fn what_does_not_belong_together_is_refused_and_both_are_named() {
+fn merging_mismatched_shards_is_rejected_naming_both_files() {
     let folder = folder();
     let file = |name: &str| folder.path().join(name);
     let first = Shard::Part { index: 0, of: 2 };
@@ -359,7 +359,7 @@ fn what_does_not_belong_together_is_refused_and_both_are_named() {
 }
 
 #[test]
-fn what_cannot_be_divided_is_refused() {
+fn unshardable_renders_are_rejected() {
     let session = session(SMALL, 1);
     let refused = |options: &RenderOptions| -> Error {
         let mut rendering = session.start(options).expect("valid options");
@@ -392,7 +392,7 @@ fn small_file() -> Vec<u8> {
 }
 
 #[test]
-fn a_file_that_was_cut_or_changed_is_refused() {
+fn truncated_or_corrupt_state_file_is_rejected() {
     let whole = small_file();
     State::decode(&whole).expect("it is whole");
     for length in 0..whole.len() {
@@ -417,7 +417,7 @@ fn a_file_that_was_cut_or_changed_is_refused() {
     let message = State::decode(b"").expect_err("empty").to_string();
     assert!(message.contains("empty"), "{message}");
     let message = State::decode(b"\x89PNG\r\n")
-        .expect_err("a picture")
+        .expect_err("an image")
         .to_string();
     assert!(message.contains("not a state file"), "{message}");
 
@@ -435,7 +435,7 @@ fn a_file_that_was_cut_or_changed_is_refused() {
 }
 
 #[test]
-fn the_files_of_shards_are_read_by_merge_as_they_are() {
+fn merge_reports_the_path_of_a_truncated_shard() {
     let folder = folder();
     let session = session(SMALL, 1);
     let files = shards(&session, &options(IntegratorKind::Path, 16), 4, &folder);

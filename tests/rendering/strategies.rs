@@ -1,17 +1,19 @@
-//! The strategies of bidirectional path tracing: the weighted images add up to the render, and the unweighted image of each
-//! strategy is the light of its path length.
+//! The strategies of bidirectional path tracing, and of path tracing beside light paths: the weighted images add up to the
+//! render, and the unweighted image of each bidirectional strategy is the light of its path length.
 
 use super::bidirectional::settings;
-use crate::common::furnished::matte;
+use crate::common::furnished::{glass, matte};
 use crate::common::scene::{film, ready};
 use etendue::internals::accel::Backend;
 use etendue::internals::film::filter::Filter;
 use etendue::internals::film::splats::Strategy;
 use etendue::internals::image::Image;
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::math::stats::Moments;
-use etendue::internals::render::settings::RenderSettings;
-use etendue::internals::render::strategies::{StrategyPictures, check, strategies};
+use etendue::internals::render::path_strategies::{PathStrategy, path_strategies};
+use etendue::internals::render::settings::{LightPathRule, RenderSettings};
+use etendue::internals::render::strategies::{StrategyImages, check, strategies};
 use etendue::internals::render::{RenderInput, Threads};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
@@ -26,19 +28,29 @@ fn limited(scene: &SceneDescription, seed: u64, spp: u64) -> RenderSettings {
     }
 }
 
-fn pictures(
+fn with_view<T>(
     description: &SceneDescription,
     scene: &Scene,
-    settings: &RenderSettings,
-) -> Vec<StrategyPictures> {
+    make: impl FnOnce(&RenderInput<'_>, &Threads) -> T,
+) -> T {
     let filter = Filter::new(&description.film.filter);
     let view = RenderInput {
         scene,
         filter: &filter,
         size: description.film.size,
     };
-    let threads = Threads::new(2).expect("threads");
-    strategies(&view, &threads, settings).expect("the settings fit")
+    make(&view, &Threads::new(2).expect("threads"))
+}
+
+fn pictures(
+    description: &SceneDescription,
+    scene: &Scene,
+    settings: &RenderSettings,
+) -> Vec<StrategyImages> {
+    let pictures = with_view(description, scene, |view, threads| {
+        strategies(view, threads, settings)
+    });
+    pictures.expect("the settings fit")
 }
 
 fn mean(image: &Image) -> f64 {
@@ -46,7 +58,7 @@ fn mean(image: &Image) -> f64 {
 }
 
 #[test]
-fn weighted_strategies_add_up_to_the_picture() {
+fn weighted_bdpt_strategies_sum_to_the_image() {
     let description = matte();
     let scene = ready(&description, Backend::ALL[0]);
     let settings = limited(&description, 3, 8);
@@ -66,7 +78,7 @@ fn weighted_strategies_add_up_to_the_picture() {
     for (index, pixel) in whole.pixels().iter().enumerate() {
         for channel in 0..3 {
             let of =
-                |it: &StrategyPictures| f64::from(it.weighted.pixels()[index].to_array()[channel]);
+                |it: &StrategyImages| f64::from(it.weighted.pixels()[index].to_array()[channel]);
             let sum: f64 = pictures.iter().map(of).sum();
             let expected = f64::from(pixel.to_array()[channel]);
             // Each of nine images is rounded to single precision, and so are its contributions.
@@ -79,14 +91,14 @@ fn weighted_strategies_add_up_to_the_picture() {
 }
 
 #[test]
-fn unweighted_strategies_of_a_length_are_the_same_light() {
+fn unweighted_strategies_of_equal_path_length_agree() {
     let description = matte();
     let scene = ready(&description, Backend::ALL[0]);
     let renders: Vec<_> = (0..12)
         .map(|seed| pictures(&description, &scene, &limited(&description, 50 + seed, 64)))
         .collect();
     let alone = |s, t| {
-        let picture = |all: &Vec<StrategyPictures>| {
+        let picture = |all: &Vec<StrategyImages>| {
             let found = all.iter().find(|it| it.strategy == Strategy { s, t });
             found.map_or(0.0, |it| mean(&it.unweighted))
         };
@@ -119,19 +131,52 @@ fn unweighted_strategies_of_a_length_are_the_same_light() {
 }
 
 #[test]
-fn strategies_are_refused_where_there_are_none() {
+fn path_strategies_sum_to_the_rendered_image() {
+    let description = glass(0.0);
+    let scene = ready(&description, Backend::ALL[0]);
+    for (share, has_light_paths) in [(LightPathShare::One, true), (LightPathShare::None, false)] {
+        let settings = RenderSettings {
+            light_paths: LightPathRule::Share(share),
+            ..settings(&description, IntegratorKind::Path, 16)
+        };
+        let whole = film(&scene, &description, &settings).develop();
+        let images = with_view(&description, &scene, |view, threads| {
+            path_strategies(view, threads, &settings)
+        });
+        let images = images.expect("the settings fit");
+        for (strategy, image) in PathStrategy::ALL.iter().zip(&images) {
+            let finds_light = *strategy != PathStrategy::LightPaths || has_light_paths;
+            assert_eq!(mean(image) > 0.0, finds_light, "{}", strategy.name());
+        }
+        for (index, pixel) in whole.pixels().iter().enumerate() {
+            for channel in 0..3 {
+                let of = |image: &Image| f64::from(image.pixels()[index].to_array()[channel]);
+                let sum: f64 = images.iter().map(of).sum();
+                let expected = f64::from(pixel.to_array()[channel]);
+                // Contributions to a sample are summed in another order, in single precision.
+                assert!(
+                    (sum - expected).abs() <= 1e-5 * expected,
+                    "{index}: {sum} {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn strategy_images_of_unsupported_settings_are_rejected() {
     let description = matte();
     let fine = limited(&description, 0, 4);
     assert_eq!(check(&fine).expect("it fits"), 4);
-    let path = RenderSettings {
-        integrator: IntegratorKind::Path,
+    let course = RenderSettings {
+        integrator: IntegratorKind::NextEvent,
         ..fine.clone()
     };
     let endless = RenderSettings {
         max_bounces: None,
         ..fine.clone()
     };
-    for (settings, says) in [(path, "--integrator bdpt"), (endless, "--max-bounces")] {
+    for (settings, says) in [(course, "--integrator bdpt"), (endless, "--max-bounces")] {
         let error = check(&settings).expect_err("it does not fit");
         assert!(error.to_string().contains(says), "{error}");
     }

@@ -27,7 +27,7 @@ fn p_value(
 }
 
 #[test]
-fn p_values_of_right_densities_are_uniform() {
+fn chi_square_p_values_are_uniform_for_correct_pdfs() {
     // Cosine sampling that fails a tenth of the time, to include the cell of "no sample".
     let mut p_values: Vec<f64> = (0..200)
         .map(|seed| {
@@ -59,7 +59,7 @@ fn p_values_of_right_densities_are_uniform() {
 }
 
 #[test]
-fn right_densities_pass() {
+fn chi_square_test_accepts_correct_pdfs() {
     let threshold = sidak(0.01, 3);
     assert!(p_value(1, cosine, |w| pdf_hemisphere_cosine(w.z)) > threshold);
     let uniform = |rng: &mut TestRng| Some(sample_sphere_uniform(rng.uniform_2d()));
@@ -78,7 +78,7 @@ fn right_densities_pass() {
 }
 
 #[test]
-fn planted_bugs_are_caught() {
+fn chi_square_test_rejects_wrong_pdfs() {
     let caught = |name: &str, p: f64| assert!(p < 1e-6, "{name}: p = {p}");
     caught(
         "twice",
@@ -145,12 +145,12 @@ fn planted_bugs_are_caught() {
 }
 
 #[test]
-fn many_checks_share_out_their_significance() {
+fn sidak_correction_gives_the_per_test_significance() {
     assert!((sidak(1e-4, 500) / 2e-7 - 1.0).abs() < 1e-3);
 }
 
 #[test]
-fn quadrature_knows_its_integrals() {
+fn quadrature_matches_known_integrals() {
     let total: f64 = gauss_legendre(16).iter().map(|&(_, w)| w).sum();
     assert!((total - 2.0).abs() < 1e-13);
     assert!((integrate(f64::exp, 0.0, 1.0, 1) - (1.0_f64.exp() - 1.0)).abs() < 1e-14);

@@ -213,7 +213,7 @@ fn successive_independent_samples_are_independent() {
 /// variance is about that of shuffled strata, (1/12)^2 / (n - 1). In one and the same order, leading digits would agree in all
 /// samples or in none, and the variance would be more than ten times as large.
 #[test]
-fn sobol_decisions_take_orders_of_their_own() {
+fn sobol_decisions_are_shuffled_independently() {
     let n = 16;
     let mut sampler = Sobol::new(5);
     for decision in [Decision::Camera, Decision::Bsdf(1), Decision::Light(2)] {
@@ -262,7 +262,7 @@ fn nothing_repeats<S: Sampler>(samplers: [S; 2]) {
 }
 
 #[test]
-fn no_numbers_repeat() {
+fn sample_triples_do_not_repeat_across_pixels_and_seeds() {
     nothing_repeats([Independent::new(0), Independent::new(1)]);
     nothing_repeats([Sobol::new(0), Sobol::new(1)]);
     nothing_repeats([Stratified::new(0, None), Stratified::new(1, None)]);
@@ -306,7 +306,7 @@ fn order_does_not_matter<S: Sampler>(mut sampler: S) {
 }
 
 #[test]
-fn a_number_is_the_same_however_it_is_reached() {
+fn sample_values_do_not_depend_on_draw_order() {
     order_does_not_matter(Independent::new(4));
     order_does_not_matter(Sobol::new(4));
     order_does_not_matter(Stratified::new(4, Some(100)));
@@ -333,7 +333,7 @@ fn quality(points: &[(u32, u32)]) -> u32 {
 }
 
 #[test]
-fn sobol_points_are_stratified_in_every_prefix() {
+fn sobol_points_are_stratified_in_power_of_two_prefixes() {
     let mut sampler = Sobol::new(5);
     for (pixel, decision) in [
         ([0, 0], Decision::Camera),
@@ -368,7 +368,7 @@ fn sobol_points_are_stratified_in_every_prefix() {
 }
 
 #[test]
-fn sobol_beats_independent_numbers_on_smooth_integrands() {
+fn sobol_variance_decreases_faster_than_n_to_minus_1_3() {
     // The variance over pixels of the mean of (1 + x y) e^(x + y), at 2^4 and at 2^12 samples.
     let variance = |m: u32, dimensions: [usize; 2]| {
         let means = (0..64).map(|pixel| {
@@ -438,7 +438,7 @@ fn side_by_side<S: Sampler>(sampler: S) {
 }
 
 #[test]
-fn samplers_draw_side_by_side_what_each_draws_alone() {
+fn sampler_draws_in_lanes_are_identical_to_scalar_draws() {
     side_by_side(Independent::new(5));
     side_by_side(Stratified::new(5, Some(64)));
     side_by_side(Sobol::new(5));

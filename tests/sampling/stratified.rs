@@ -51,7 +51,7 @@ fn assert_shared_out(what: &str, places: usize, taken: impl Iterator<Item = usiz
 }
 
 #[test]
-fn samples_share_out_strata_rows_columns_and_cells() {
+fn samples_fill_distinct_strata_rows_columns_and_cells() {
     for (n, columns, rows) in GRIDS {
         let mut sampler = Stratified::new(1, Some(n));
         let strata = n as usize;
@@ -103,7 +103,7 @@ fn means(mut sampler: impl Sampler, n: u64, pixels: u32, [x, y]: [usize; 2]) -> 
 }
 
 #[test]
-fn the_mean_is_right_for_any_number_of_samples() {
+fn stratified_mean_is_unbiased_for_various_sample_counts() {
     for pair in [[0, 1], [2, 3], [1, 2]] {
         for (n, _, _) in GRIDS {
             let pixels = (1 << 14) / n as u32;
@@ -119,7 +119,7 @@ fn the_mean_is_right_for_any_number_of_samples() {
 }
 
 #[test]
-fn every_sample_of_a_set_is_uniform_by_itself() {
+fn single_stratified_samples_give_unbiased_means() {
     // The last samples are the most likely to be biased if not all cells of a set are filled.
     for n in [7, 97] {
         for sample in [0, n / 2, n - 1] {
@@ -136,7 +136,7 @@ fn every_sample_of_a_set_is_uniform_by_itself() {
 }
 
 #[test]
-fn it_beats_independent_numbers_on_smooth_integrands() {
+fn stratified_variance_is_4x_below_independent_sampling() {
     // A ratio of variances of 512 means each has a standard error of sqrt(4 / 511), 9 %: a factor of 4 is far beyond.
     let variance = |moments: Moments| moments.variance().expect("512 pixels");
     for n in [256, 251] {
@@ -151,7 +151,7 @@ fn it_beats_independent_numbers_on_smooth_integrands() {
 }
 
 #[test]
-fn decisions_and_pixels_know_nothing_of_one_another() {
+fn decisions_and_neighbouring_pixels_are_uncorrelated() {
     // If the orders of strata were correlated, the mean of a product of two numbers would not be 1/4. If the correlation
     // were positive in some pixels and negative in others, the variance of the mean over a set would exceed that of
     // shuffled strata: (1/12)^2 / (n - 1) and what the sets' own means add.

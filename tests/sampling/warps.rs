@@ -23,7 +23,7 @@ fn extreme_pairs() -> impl Iterator<Item = Vec2> {
 const CONES: [f32; 5] = [1.0, 0.3, 1e-2, 1e-5, 5e-9];
 
 #[test]
-fn directions_follow_their_density() {
+fn cosine_and_uniform_sphere_directions_match_their_pdf() {
     let test = ChiSquareTest::default();
     let cosine = |rng: &mut TestRng| Some(warp::sample_hemisphere_cosine(rng.uniform_2d()));
     let sphere = |rng: &mut TestRng| Some(warp::sample_sphere_uniform(rng.uniform_2d()));
@@ -51,7 +51,7 @@ fn uniform_pairs(seed: u64) -> impl Iterator<Item = Vec2> {
 }
 
 #[test]
-fn cones_disk_and_triangle_are_uniform() {
+fn cone_disk_and_triangle_sampling_is_uniform() {
     // Points are mapped to area-preserving coordinates: fraction of the cap's height and azimuth; squared radius and
     // angle; for the triangle 1 - (1 - b1)^2, the area to one side of a line, and the position on that line.
     let turn = |y: f32, x: f32| f64::from(y).atan2(f64::from(x)) / std::f64::consts::TAU + 0.5;
@@ -88,7 +88,7 @@ fn cones_disk_and_triangle_are_uniform() {
 }
 
 #[test]
-fn inverses_lead_back() {
+fn warp_inverses_recover_the_random_numbers() {
     let close = |what: &str, u: Vec2, back: Vec2, tolerance: f32| {
         // Azimuths are periodic.
         let d = (back - u).abs();
@@ -114,7 +114,7 @@ fn inverses_lead_back() {
 }
 
 #[test]
-fn extreme_numbers_stay_in_the_domain() {
+fn warps_of_extreme_random_numbers_stay_in_the_domain() {
     let unit = |w: Vec3| (w.length() - 1.0).abs() < 1e-6;
     for u in extreme_pairs() {
         let d = warp::sample_disk_concentric(u);
@@ -155,7 +155,7 @@ fn seen(view: [f64; 3], size: f64) -> (DVec3, [DVec3; 2]) {
 }
 
 #[test]
-fn solid_angles_are_exact() {
+fn rectangle_and_triangle_solid_angles_are_accurate() {
     let mut worst = [0.0_f64; 2];
     for view in VIEWS {
         for size in SIZES {
@@ -194,7 +194,7 @@ fn solid_angles_are_exact() {
 }
 
 #[test]
-fn directions_to_rectangles_are_uniform() {
+fn spherical_rectangle_sampling_is_uniform_in_solid_angle() {
     const CELLS: usize = 12;
     let mut checks = Vec::new();
     for (seed, view) in (20..).zip(VIEWS) {
@@ -240,7 +240,7 @@ fn directions_to_rectangles_are_uniform() {
 }
 
 #[test]
-fn directions_to_triangles_are_uniform() {
+fn spherical_triangle_sampling_is_uniform_in_solid_angle() {
     const CELLS: usize = 12;
     let mut checks = Vec::new();
     for (seed, view) in (40..).zip(VIEWS) {
@@ -309,7 +309,7 @@ fn shares_cut_off([a, b, c]: [DVec3; 3], [b1, b2]: [f64; 2]) -> DVec2 {
 }
 
 #[test]
-fn clear_triangles_are_sampled_uniformly_in_single_precision() {
+fn clear_triangle_sampling_is_accurate_in_single_precision() {
     let mut rng = TestRng::new(60);
     let (mut worst_angle, mut worst_share) = (0.0_f64, 0.0_f64);
     let mut seen = 0;
@@ -355,7 +355,7 @@ fn clear_triangles_are_sampled_uniformly_in_single_precision() {
 }
 
 #[test]
-fn linear_densities_are_what_is_sampled() {
+fn linear_square_samples_match_their_pdf() {
     const CELLS: usize = 12;
     let mut checks = Vec::new();
     let weights = [
@@ -401,7 +401,7 @@ fn linear_densities_are_what_is_sampled() {
 }
 
 #[test]
-fn the_alias_table_follows_its_weights() {
+fn alias_table_sample_frequencies_match_its_pmf() {
     let weights: Vec<f64> = (0..100)
         .map(|i| {
             if i % 7 == 0 {

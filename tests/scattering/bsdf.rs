@@ -94,7 +94,7 @@ fn views() -> Vec<Vec3> {
 }
 
 #[test]
-fn directions_follow_their_density() {
+fn bsdf_samples_pass_chi_square_tests_against_the_pdf() {
     let mut checks = Vec::new();
     for (name, bsdf, _) in models() {
         if bsdf.is_delta::<Everything>() {
@@ -133,7 +133,7 @@ fn directions_follow_their_density() {
 }
 
 #[test]
-fn weights_are_f_cos_over_pdf() {
+fn sample_weights_equal_f_cos_over_pdf() {
     let mut rng = TestRng::new(7);
     for (name, bsdf, _) in models() {
         for wo in views() {
@@ -159,7 +159,7 @@ fn weights_are_f_cos_over_pdf() {
 }
 
 #[test]
-fn light_goes_both_ways_alike() {
+fn bsdfs_are_reciprocal() {
     let mut rng = TestRng::new(11);
     let mut worst = 0.0_f32;
     for (name, bsdf, ior) in models() {
@@ -203,7 +203,7 @@ fn light_goes_both_ways_alike() {
 }
 
 #[test]
-fn extreme_numbers_give_directions_or_nothing() {
+fn extreme_random_numbers_give_valid_samples_or_none() {
     let us = [0.0, 2.0_f32.powi(-32), 0.5, ONE_MINUS_EPSILON];
     let mut wos = views();
     wos.extend([
@@ -233,7 +233,7 @@ fn extreme_numbers_give_directions_or_nothing() {
 }
 
 #[test]
-fn delta_models_say_so() {
+fn is_delta_holds_exactly_if_no_sample_has_a_pdf() {
     for (name, bsdf, _) in models() {
         let mut rng = TestRng::new(3);
         let wo = Vec3::new(0.6, 0.0, 0.8);
@@ -246,7 +246,7 @@ fn delta_models_say_so() {
 }
 
 #[test]
-fn presets_are_metals() {
+fn conductor_presets_have_expected_reflectances() {
     assert!(PRESETS.iter().all(|(name, _, _)| preset(name).is_some()));
     assert_eq!(preset("adamant"), None);
     let reflectance = |name: &str| {
@@ -270,7 +270,7 @@ fn presets_are_metals() {
 
 /// Both would be rounded differently if vector code used fused multiply-adds where scalar code does not.
 #[test]
-fn numbers_of_many_are_those_of_each_alone() {
+fn cosine_hemisphere_lanes_are_bit_identical_to_scalar_code() {
     let mut rng = TestRng::new(25);
     let rim = [0.0, 0.5, ONE_MINUS_EPSILON];
     for _ in 0..300 {

@@ -52,7 +52,7 @@ fn precise_albedo(bsdf: &Bsdf, wo: Vec3) -> Moments {
 }
 
 #[test]
-fn white_diffuse_and_mirror_give_everything_back() {
+fn white_diffuse_and_mirror_have_unit_albedo() {
     for cos in [1.0, 0.3, 1e-3] {
         for bsdf in [
             Bsdf::Diffuse(Diffuse::new(Rgb::WHITE)),
@@ -66,7 +66,7 @@ fn white_diffuse_and_mirror_give_everything_back() {
 }
 
 #[test]
-fn smooth_glass_gives_everything_back() {
+fn smooth_glass_has_unit_albedo() {
     // Hard case 11: indices next to 1.
     for ior in [1.0, 1.000_001, 1.0001, 1.5, 1.0 / 1.5, 2.4] {
         let glass = Bsdf::Dielectric(Dielectric::new(ior, 0.0, Rgb::WHITE));
@@ -84,7 +84,7 @@ fn smooth_glass_gives_everything_back() {
 }
 
 #[test]
-fn a_pane_reflects_what_its_two_sides_do() {
+fn thin_dielectric_reflectance_matches_closed_form() {
     // One side reflects R = ((1 - n) / (1 + n))^2 along the normal; with all reflections in between, a pane reflects
     // 2R / (1 + R) = (n - 1)^2 / (n^2 + 1).
     let tint = Rgb::new(0.9, 0.5, 0.1);
@@ -111,7 +111,7 @@ fn a_pane_reflects_what_its_two_sides_do() {
 }
 
 #[test]
-fn an_index_of_one_is_no_surface() {
+fn dielectric_with_ior_one_transmits_unscattered() {
     let tint = Rgb::new(0.9, 0.5, 0.1);
     for roughness in [0.0, 0.1, 0.5, 1.0] {
         let glass = Dielectric::new(1.0, roughness, tint);
@@ -129,7 +129,7 @@ fn an_index_of_one_is_no_surface() {
 }
 
 #[test]
-fn the_table_of_single_scattering_has_what_theory_says() {
+fn single_scattering_ggx_albedo_matches_closed_form() {
     for (alpha, exact) in GGX_NORMAL_ALBEDO {
         let tabulated = 1.0 - single_scatter(&Ggx::new(alpha), 1.0, 4181, 2584).loss;
         assert!(
@@ -140,7 +140,7 @@ fn the_table_of_single_scattering_has_what_theory_says() {
 }
 
 #[test]
-fn compensated_white_metal_gives_everything_back() {
+fn energy_compensated_white_metal_has_unit_albedo() {
     let mut worst = 0.0_f64;
     for roughness in [
         0.0101, 0.015, 0.03, 0.06, 0.1, 0.2, 0.3, 0.42, 0.55, 0.7, 0.85, 1.0,
@@ -165,7 +165,7 @@ fn compensated_white_metal_gives_everything_back() {
 /// integral of cos over the intersection of two half spaces at an angle t is pi (1 + cos t) / 2, and that of both cosines is
 /// 2 / 3 (sin t + (pi - t) cos t). A narrow lobe reflects cos t of the light.
 #[test]
-fn phong_gives_back_what_its_closed_forms_say() {
+fn phong_albedo_matches_closed_forms() {
     let specular = 0.75;
     for exponent in [0.0, 1.0, 1e2, 1e4, 1e6] {
         let lobe = Bsdf::Phong(Phong::new(Rgb::BLACK, Rgb::grey(specular), exponent));
@@ -220,7 +220,7 @@ fn phong_gives_back_what_its_closed_forms_say() {
 }
 
 #[test]
-fn visible_normals_are_a_density() {
+fn ggx_visible_normal_pdf_integrates_to_one() {
     // Row 6, the weak white furnace: reflection at every visible normal, without shadowing towards wi, loses no energy.
     let quadrature = Adaptive::new(1e-7, 60);
     for alpha in [1e-4, 3e-4, 1e-3, 1e-2, 0.1, 0.5, 1.0] {
@@ -250,7 +250,7 @@ fn visible_normals_are_a_density() {
 }
 
 #[test]
-fn rough_glass_loses_what_facets_shadow() {
+fn rough_glass_albedo_is_between_known_minima_and_one() {
     println!(
         "rough glass of 1.5, single scattering: albedo at cos 1 and 0.1, from outside and inside"
     );
@@ -274,7 +274,7 @@ fn rough_glass_loses_what_facets_shadow() {
 }
 
 #[test]
-fn principled_white_gives_everything_back_and_never_more() {
+fn white_principled_is_lossless_if_opaque_and_gains_no_energy() {
     let mut worst = 0.0_f64;
     for roughness in [0.0, 0.0101, 0.05, 0.2, 0.45, 0.7, 1.0] {
         for metallic in [0.0, 0.4, 1.0] {
@@ -311,7 +311,7 @@ fn principled_white_gives_everything_back_and_never_more() {
 
 /// Hard case 8: the base receives all light that the coat transmits, at any index.
 #[test]
-fn white_plastic_gives_everything_back() {
+fn white_plastic_has_unit_albedo() {
     let mut worst = 0.0_f64;
     for ior in [1.0, 1.0001, 1.3, 2.4] {
         for roughness in [0.0, 0.1, 0.5, 1.0] {

@@ -53,7 +53,7 @@ fn rough(bsdf: &Bsdf) -> (RoughBsdf<'_>, RowPlace) {
 }
 
 #[test]
-fn bsdfs_in_lanes_are_those_of_each_path_alone() {
+fn simd_bsdf_lanes_are_bit_identical_to_scalar_code() {
     // Without a conductor among the lanes, another function evaluates them.
     for conductors in [0.0, 0.3, 1.0] {
         compare(conductors);

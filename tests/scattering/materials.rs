@@ -64,7 +64,7 @@ fn glowing_floor(veil: MaterialDescription, heights: &[f64]) -> SceneDescription
 
 /// A surface with alpha is composited over what is behind it.
 #[test]
-fn a_veil_mixes_with_what_is_behind() {
+fn alpha_composites_over_the_background() {
     for alpha in [0.25, 0.5, 0.9] {
         for &backend in backends(&alpha.to_string()) {
             let scene = glowing_floor(partly_there(grey(alpha)), &[1.0]);
@@ -96,7 +96,7 @@ fn a_veil_mixes_with_what_is_behind() {
 /// A sphere of alpha a transmits the share (1 - a)^2; of its emission, which is on the outside only, that of the front is
 /// seen.
 #[test]
-fn a_veiled_sphere_is_met_twice() {
+fn alpha_sphere_attenuates_twice_and_emits_once() {
     for &backend in Backend::ALL {
         let alpha = 0.3_f32;
         let exact = 1.0 - f64::from(alpha);
@@ -122,7 +122,7 @@ fn a_veiled_sphere_is_met_twice() {
 }
 
 #[test]
-fn shadows_of_veils_are_exact() {
+fn shadow_ray_transmittance_through_alpha_is_exact() {
     for &backend in Backend::ALL {
         let heights: Vec<f64> = (1..=30).map(|i| 0.05 * f64::from(i)).collect();
         for (alpha, heights) in [(0.25_f32, &heights[..1]), (0.1, &heights[..])] {
@@ -151,7 +151,7 @@ fn shadows_of_veils_are_exact() {
 }
 
 #[test]
-fn cut_outs_are_there_or_not() {
+fn binary_alpha_cutouts_are_opaque_or_invisible() {
     // Checker fields of half the square's edge: the view ray hits the one at u, v = 0.55, 0.6.
     for (colours, expected) in [([1.0, 0.0], 0.0), ([0.0, 1.0], 1.0)] {
         let alpha = ColourDescription::Texture(checker(colours, Vec2::splat(2.0)));
@@ -172,7 +172,7 @@ fn cut_outs_are_there_or_not() {
 
 /// The light of an emitter is scaled by its alpha, whether sampled by NEE or by the BSDF.
 #[test]
-fn a_lamp_that_is_partly_there_shines_as_much_less() {
+fn emission_is_scaled_by_alpha() {
     let lit = |alpha: ColourDescription, lamp| {
         let mut scene = looking(
             DVec3::new(0.3, 0.2, 2.4),
@@ -206,7 +206,7 @@ fn a_lamp_that_is_partly_there_shines_as_much_less() {
 }
 
 #[test]
-fn nothing_is_there_where_alpha_is_zero() {
+fn zero_alpha_surfaces_do_not_change_the_image() {
     for &backend in Backend::ALL {
         let eye = DVec3::new(0.3, 0.2, 2.4);
         // Not on the diagonal, where either of two triangles may be hit.
@@ -230,7 +230,7 @@ fn nothing_is_there_where_alpha_is_zero() {
 
 /// The largest random number, rescaled behind a veil, may round to 1; an opaque surface is hit nevertheless.
 #[test]
-fn the_largest_number_is_stopped_by_what_is_there() {
+fn largest_random_number_does_not_pass_opaque_surfaces() {
     let u = ONE_MINUS_EPSILON;
     let alphas = (1..200).map(|k| k as f32 * 2.0_f32.powi(-27));
     let rounds_up = |alpha: &f32| {
@@ -257,7 +257,7 @@ fn the_largest_number_is_stopped_by_what_is_there() {
 
 /// Alpha that is 1 everywhere and a normal map without tilt require no effects of a kernel.
 #[test]
-fn what_changes_nothing_is_folded_away() {
+fn no_op_material_features_require_no_effects() {
     let all_there = |alpha| Material::new(&partly_there(alpha)).effects();
     for alpha in [
         grey(1.0),
@@ -284,7 +284,7 @@ fn what_changes_nothing_is_folded_away() {
 
 /// A lamp of which one half emits is equivalent to a lamp of half the size; the irradiance has a closed form.
 #[test]
-fn emission_textures_shine_where_they_are_bright() {
+fn textured_emission_matches_closed_form_irradiance() {
     let corner = [-1.0, -1.0, 1.5];
     let (along_u, along_v) = ([0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
     let whole = rectangle(corner, along_u, along_v);
@@ -346,7 +346,7 @@ fn triangle(uv: impl Fn(DVec2) -> DVec2) -> GeometryDescription {
 /// A matte surface of normal n under a small sphere of radiance 1, all above both horizons, has the radiance
 /// rho (R / d)^2 (n . w), exactly.
 #[test]
-fn normal_maps_tilt_as_the_picture_says() {
+fn normal_map_shading_matches_closed_forms() {
     let n = Vec3::new(0.4, -0.2, 0.9).normalize();
     let ahead = |s: DVec3, t: DVec3| f64::from(n.x) * s + f64::from(n.y) * t;
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
@@ -410,7 +410,7 @@ fn normal_maps_tilt_as_the_picture_says() {
 }
 
 #[test]
-fn the_back_of_a_one_sided_surface_is_black_and_casts_shadows() {
+fn one_sided_backface_is_black_and_casts_shadows() {
     for &backend in Backend::ALL {
         let seen_from = |z: f64, two_sided: bool| {
             let mut scene = looking(DVec3::new(0.1, 0.2, z), DVec3::ZERO, diffuse(1.0));

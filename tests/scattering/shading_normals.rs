@@ -88,7 +88,7 @@ fn white_models() -> Vec<(&'static str, MaterialModel)> {
 }
 
 #[test]
-fn nothing_reflects_more_than_arrives() {
+fn white_materials_gain_no_energy_with_bent_shading_normals() {
     let views = [0.0, 0.7, 1.5, -0.7, -1.5].map(tilted);
     let normals = [tilted(TILT), -tilted(TILT), DVec3::ZERO, -DVec3::Z];
     for (name, model) in white_models() {
@@ -112,7 +112,7 @@ fn nothing_reflects_more_than_arrives() {
 }
 
 #[test]
-fn no_light_comes_through_what_is_opaque() {
+fn opaque_materials_leak_no_light_with_bent_shading_normals() {
     for (name, model) in white_models() {
         if matches!(name, "frosted" | "glass" | "rough glass") {
             continue;

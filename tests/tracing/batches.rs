@@ -207,7 +207,7 @@ fn compare_all(world: &Arc<World>, rng: &mut TestRng) {
 }
 
 #[test]
-fn batches_of_any_length_meet_shapes_of_every_kind_as_single_rays_do() {
+fn batch_and_single_ray_hits_agree_on_every_shape_kind() {
     let mut rng = TestRng::new(31);
     compare_all(&standing(soup(&mut rng)), &mut rng);
     // Each kind by itself, since Embree has a tree for each kind, and other kernels where there is only one.
@@ -221,7 +221,7 @@ fn batches_of_any_length_meet_shapes_of_every_kind_as_single_rays_do() {
 }
 
 #[test]
-fn batches_meet_meshes_as_single_rays_do() {
+fn batch_and_single_ray_hits_agree_on_meshes() {
     let mut rng = TestRng::new(32);
     let mesh = |n, round| Geometry::Mesh(closed_mesh(n, round));
     compare_all(&standing(vec![mesh(8, true)]), &mut rng);
@@ -234,7 +234,7 @@ fn batches_meet_meshes_as_single_rays_do() {
 }
 
 #[test]
-fn batches_meet_instances_at_the_times_of_their_rays_as_single_rays_do() {
+fn batch_and_single_ray_hits_agree_on_moving_instances() {
     let mut rng = TestRng::new(33);
     let groups = vec![
         soup(&mut rng),
@@ -278,7 +278,7 @@ fn batches_in_empty_space_hit_nothing() {
 
 /// Rays in batches do not escape a closed mesh; for single rays see `tests/tracing/rays.rs`.
 #[test]
-fn robust_batches_let_nothing_out_of_a_closed_mesh() {
+fn robust_batches_are_watertight_at_closed_mesh_edges() {
     const RAYS: usize = 20_000;
     let mut rng = TestRng::new(35);
     let mesh = closed_mesh(6, true);

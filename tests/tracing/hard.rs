@@ -122,7 +122,7 @@ fn worlds(rng: &mut TestRng) -> Vec<(&'static str, Vec<Geometry>)> {
 }
 
 #[test]
-fn robust_tracing_finds_on_hard_rays_what_the_oracle_finds() {
+fn robust_hit_distances_equal_brute_force_on_hard_rays() {
     const RAYS: usize = 20_000;
     let mut rng = TestRng::new(31);
     for (kind, shapes) in worlds(&mut rng) {
@@ -149,7 +149,7 @@ fn robust_tracing_finds_on_hard_rays_what_the_oracle_finds() {
 /// Single precision displaces a triangle by the rounding error of the distance: rays from further than its size are left out,
 /// and some rays that are aimed at edges and vertices miss.
 #[test]
-fn fast_tracing_finds_what_the_oracle_finds_but_for_edges() {
+fn fast_hits_mostly_match_brute_force() {
     const RAYS: usize = 20_000;
     let mut rng = TestRng::new(32);
     for (kind, shapes) in worlds(&mut rng) {
@@ -179,7 +179,7 @@ fn fast_tracing_finds_what_the_oracle_finds_but_for_edges() {
 }
 
 #[test]
-fn occlusion_is_that_there_is_a_closest_hit() {
+fn occlusion_equals_existence_of_a_closest_hit() {
     let mut rng = TestRng::new(33);
     for (kind, shapes) in worlds(&mut rng) {
         let worlds = [
@@ -206,7 +206,7 @@ fn occlusion_is_that_there_is_a_closest_hit() {
 }
 
 #[test]
-fn a_hit_at_the_end_counts_and_one_at_the_beginning_does_not() {
+fn hits_at_t_max_count_and_hits_at_t_min_do_not() {
     let shapes = vec![grid(3, 2.0)];
     let worlds = [
         standing(shapes.clone()),
@@ -235,7 +235,7 @@ fn a_hit_at_the_end_counts_and_one_at_the_beginning_does_not() {
 /// Triangles, each half as large as the one before and half as far: the tree is one long branch, deeper than the traversal
 /// stacks of obvhs.
 #[test]
-fn a_deep_tree_is_searched_to_its_end() {
+fn deep_bvh_traversal_matches_brute_force() {
     let nested = (0..120).map(|k| {
         let size = 0.5_f32.powi(k);
         let corner = |y: f32, z: f32| size * Vec3::new(1.0, y, z);

@@ -96,7 +96,7 @@ fn compare(world: &Arc<World>, rays: usize, rng: &mut TestRng) {
 }
 
 #[test]
-fn rays_find_instances_where_the_oracle_finds_them() {
+fn instance_hits_agree_with_brute_force() {
     let mut rng = TestRng::new(11);
     for (kind, transform) in transforms(&mut rng) {
         println!("{kind}");
@@ -106,7 +106,7 @@ fn rays_find_instances_where_the_oracle_finds_them() {
 }
 
 #[test]
-fn rays_find_moving_instances_at_their_time() {
+fn moving_instance_hits_agree_with_brute_force_at_ray_time() {
     let mut rng = TestRng::new(12);
     for steps in [2, 3, 9] {
         for (kind, transform) in transforms(&mut rng) {
@@ -118,7 +118,7 @@ fn rays_find_moving_instances_at_their_time() {
 }
 
 #[test]
-fn shapes_and_instances_of_several_groups_stand_side_by_side() {
+fn hits_and_ids_across_groups_agree_with_brute_force() {
     let mut rng = TestRng::new(13);
     let groups = vec![soup(&mut rng), vec![], soup(&mut rng)];
     let instances = (0..12).map(|i| {
@@ -158,7 +158,7 @@ fn shapes_and_instances_of_several_groups_stand_side_by_side() {
 }
 
 #[test]
-fn an_instance_that_changes_nothing_gives_the_hits_of_its_shapes() {
+fn identity_instance_hits_equal_those_of_its_shapes() {
     let mut rng = TestRng::new(14);
     let shapes = soup(&mut rng);
     let roots = every_accel(&standing(shapes.clone()));
@@ -179,7 +179,7 @@ fn an_instance_that_changes_nothing_gives_the_hits_of_its_shapes() {
 /// With obvhs the hits agree bit for bit. Embree inverts a moving transform for each ray and a static one at build time,
 /// and rounds the two differently: its hits agree up to rounding.
 #[test]
-fn motion_that_goes_nowhere_gives_the_hits_of_a_standing_instance() {
+fn constant_motion_hits_match_those_of_a_static_instance() {
     let mut rng = TestRng::new(15);
     for (kind, transform) in transforms(&mut rng) {
         let shapes = soup(&mut rng);
@@ -206,7 +206,7 @@ fn motion_that_goes_nowhere_gives_the_hits_of_a_standing_instance() {
 /// Closed meshes are watertight in instances as they are in the world (`tests/tracing/rays.rs`): the check of hits in
 /// robust precision rejects no true hit.
 #[test]
-fn robust_tracing_lets_nothing_out_of_an_instance_of_a_closed_mesh() {
+fn robust_tracing_is_watertight_at_instanced_mesh_edges() {
     const RAYS: usize = 2_000;
     let mut rng = TestRng::new(19);
     let mesh = closed_mesh(8, true);
@@ -248,7 +248,7 @@ fn robust_tracing_lets_nothing_out_of_an_instance_of_a_closed_mesh() {
 }
 
 #[test]
-fn an_instance_that_collapses_on_its_way_is_an_error() {
+fn instance_motion_with_singular_interpolation_is_rejected() {
     // Half a turn in one step: the interpolated transform moves every point through the axis.
     let half_turn = DAffine3::from_scale(DVec3::new(-1.0, 1.0, -1.0));
     for &backend in Backend::ALL {
@@ -269,7 +269,7 @@ fn robust(backend: Backend) -> AccelOptions {
 }
 
 #[test]
-fn rays_that_are_not_finite_miss_instances() {
+fn nan_rays_miss_instances() {
     let mut rng = TestRng::new(17);
     let world = placed_once(soup(&mut rng), vec![DAffine3::IDENTITY]);
     for (name, accel) in every_accel(&world) {
@@ -281,7 +281,7 @@ fn rays_that_are_not_finite_miss_instances() {
 
 #[cfg(feature = "embree")]
 #[test]
-fn more_steps_than_embree_knows_are_an_error() {
+fn more_motion_steps_than_embree_supports_are_rejected() {
     let mut rng = TestRng::new(18);
     let world = placed_once(soup(&mut rng), vec![DAffine3::IDENTITY; 130]);
     let error =

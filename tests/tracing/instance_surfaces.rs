@@ -58,7 +58,7 @@ fn within(p: DVec3, surface: &SurfacePoint) -> bool {
 }
 
 #[test]
-fn a_triangle_has_the_points_and_normals_of_the_same_triangle_in_the_world() {
+fn instanced_triangle_surface_matches_the_world_space_triangle() {
     let mut rng = TestRng::new(21);
     for (name, steps) in motions(&mut rng) {
         for _ in 0..300 {
@@ -120,7 +120,7 @@ fn a_triangle_has_the_points_and_normals_of_the_same_triangle_in_the_world() {
 }
 
 #[test]
-fn a_sphere_and_a_disk_have_the_points_and_normals_of_their_equations() {
+fn instanced_sphere_and_disk_surfaces_match_their_equations() {
     let mut rng = TestRng::new(22);
     for (name, steps) in motions(&mut rng) {
         for _ in 0..300 {
@@ -187,7 +187,7 @@ fn leaving(rng: &mut TestRng, ng: Vec3) -> (Vec3, bool) {
 }
 
 #[test]
-fn rays_that_leave_flat_shapes_of_instances_do_not_meet_them_again() {
+fn rays_leaving_flat_instanced_shapes_do_not_self_intersect() {
     let mut rng = TestRng::new(23);
     for (name, steps) in motions(&mut rng) {
         for i in 0..12 {
@@ -235,7 +235,7 @@ fn rays_that_leave_flat_shapes_of_instances_do_not_meet_them_again() {
 }
 
 #[test]
-fn a_ray_from_an_ellipsoid_meets_it_again_at_the_end_of_its_chord_or_never() {
+fn rays_leaving_an_ellipsoid_hit_it_only_at_the_chord_end() {
     let mut rng = TestRng::new(24);
     let (mut long, mut short) = (0, 0);
     for (name, steps) in motions(&mut rng) {
@@ -299,7 +299,7 @@ fn a_ray_from_an_ellipsoid_meets_it_again_at_the_end_of_its_chord_or_never() {
 
 /// Row 42 of the catalogue of hard cases: the normals of a mirrored closed shape still point to the outside.
 #[test]
-fn a_mirrored_box_shows_its_outside() {
+fn mirrored_box_geometric_normals_point_outward() {
     let corner = |i: usize| {
         let side = |axis: usize| if i >> axis & 1 == 1 { 1.0 } else { -1.0 };
         Vec3::new(side(0), side(1), side(2))

@@ -55,7 +55,7 @@ fn meets(scene: &Scene, origin: DVec3, dir: DVec3, time: f32) -> Option<[DVec3; 
 
 /// Nested groups, one moving within another that moves, against the product of all transforms at a given time.
 #[test]
-fn nested_groups_are_their_shapes_with_multiplied_transforms() {
+fn nested_instances_match_shapes_with_composed_transforms() {
     let leaf = [
         surface(mirrored_octahedron(DVec3::new(0.3, 0.0, 0.1), 0.4), 0.0),
         surface(sphere(DVec3::new(-0.5, 0.2, 0.0), 0.3), 0.0),
@@ -166,7 +166,7 @@ fn lamps() -> Vec<(&'static str, GeometryDescription)> {
 /// A lamp in a group has the same mean as the lamp written out, and no more noise, for it is sampled as a light. A ball or
 /// disk with a tiny motion is hit by scattered rays alone, with much more noise: the comparison can detect that.
 #[test]
-fn a_lamp_in_a_group_lights_like_the_lamp_written_out() {
+fn instanced_and_flattened_area_lights_agree() {
     let place = |mirror: DVec3| {
         DAffine3::from_translation(DVec3::new(0.3, -0.2, 1.0))
             * DAffine3::from_rotation_y(0.3)
@@ -234,7 +234,7 @@ fn seen_ellipsoid(m: &DAffine3, n: DVec3, albedo: f32) -> SceneDescription {
 }
 
 #[test]
-fn a_white_ellipsoid_cannot_be_told_from_the_sky() {
+fn white_ellipsoid_passes_the_furnace_test() {
     let mut rng = TestRng::new(32);
     for _ in 0..12 {
         let mut scene = seen_ellipsoid(&ellipsoid(), direction(&mut rng).as_dvec3(), 1.0);
@@ -248,7 +248,7 @@ fn a_white_ellipsoid_cannot_be_told_from_the_sky() {
 
 /// Lambert's cosine law with the normal of the ellipsoid's equation, without noise under a distant light.
 #[test]
-fn an_ellipsoid_is_shaded_by_the_normals_of_its_equation() {
+fn ellipsoid_shading_follows_analytic_normals() {
     let towards = DVec3::new(0.3, 0.5, 0.8).normalize();
     let mirrored = ellipsoid() * DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
     let mut rng = TestRng::new(33);
@@ -284,7 +284,7 @@ fn an_ellipsoid_is_shaded_by_the_normals_of_its_equation() {
 /// The projection of an ellipsoid with half axes a, b, and c along the view, seen from d: an ellipse of half axes
 /// a d / sqrt(d^2 - c^2) and b d / sqrt(d^2 - c^2) in the plane through its centre.
 #[test]
-fn the_outline_of_an_ellipsoid_has_the_area_of_its_ellipse() {
+fn ellipsoid_silhouette_area_matches_closed_form() {
     let [a, b, c, d] = [0.4, 0.9, 1.5, 4.0_f64];
     let mut scene = looking(d * DVec3::Z, DVec3::ZERO, diffuse(0.0));
     scene.camera.fov = 2.0 * (2.0 / d).atan();
@@ -344,7 +344,7 @@ const FIELDS: [[f64; 2]; 6] = [
 
 /// Textured rectangles, whose two sides a mirroring transform could swap.
 #[test]
-fn textures_stay_where_they_are_on_instances() {
+fn textures_keep_their_uv_positions_on_mirrored_instances() {
     for m in mirrors() {
         for uv in FIELDS {
             let (mut shining, low) = seen_field(&m, uv, vec![]);
@@ -370,7 +370,7 @@ fn textures_stay_where_they_are_on_instances() {
 }
 
 #[test]
-fn what_is_not_there_of_an_instance_lets_light_through() {
+fn alpha_on_instances_transmits_light_by_one_minus_alpha() {
     for m in mirrors() {
         for uv in FIELDS {
             let drift = slide(DVec3::ZERO, 1e-3 * DVec3::ONE);
@@ -394,7 +394,7 @@ fn what_is_not_there_of_an_instance_lets_light_through() {
 
 /// Row 42 of the catalogue of hard cases: an emitter that emits to its outside still does so if it is mirrored.
 #[test]
-fn a_mirrored_lamp_shines_on_its_outside_alone() {
+fn mirrored_area_lights_emit_only_on_their_outside() {
     for m in mirrors() {
         // A ball may be stretched non-uniformly; the front of a flat lamp is given by its transformed normal.
         let normal = (m.matrix3.inverse().transpose() * -DVec3::Z).normalize();
@@ -423,7 +423,7 @@ fn a_mirrored_lamp_shines_on_its_outside_alone() {
 
 /// Row 43 of the catalogue of hard cases: an instance that single precision cannot invert is an error that names it.
 #[test]
-fn an_instance_that_cannot_be_inverted_is_rejected_by_name() {
+fn noninvertible_instance_is_rejected_by_name() {
     let flat = DAffine3::from_mat3(DMat3::from_cols(DVec3::X, DVec3::X, DVec3::Z));
     for (what, transform) in [
         ("tiny", DAffine3::from_scale(DVec3::splat(1e-20))),

@@ -106,7 +106,7 @@ fn worlds(mesh: &Mesh, rng: &mut TestRng) -> Vec<(&'static str, Arc<World>)> {
 /// Of 100 000 rays that are traced in packets of 16 by Embree's own packet functions, about 30 are occluded at an edge that
 /// they miss when traced alone.
 #[test]
-fn what_a_ray_meets_does_not_depend_on_those_beside_it() {
+fn packet_hits_are_independent_of_other_lanes() {
     const RAYS: usize = 60_000;
     let mut rng = TestRng::new(41);
     let mesh = closed_mesh(6, true);
@@ -140,7 +140,7 @@ fn what_a_ray_meets_does_not_depend_on_those_beside_it() {
 }
 
 #[test]
-fn packets_meet_what_single_rays_meet_also_beyond_what_they_leave() {
+fn packet_and_single_ray_hits_agree_with_excluded_primitives() {
     const RAYS: usize = 20_000;
     let mut rng = TestRng::new(42);
     let mesh = closed_mesh(6, true);

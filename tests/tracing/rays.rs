@@ -17,7 +17,7 @@ use etendue::internals::math::vec::{Vec2, Vec3};
 use etendue::internals::scene::interaction::Interaction;
 
 #[test]
-fn every_backend_finds_what_the_oracle_finds() {
+fn every_backend_agrees_with_brute_force_intersection() {
     let mut rng = TestRng::new(1);
     let mut found = 0;
     for _ in 0..4 {
@@ -57,7 +57,7 @@ fn every_backend_finds_what_the_oracle_finds() {
 }
 
 #[test]
-fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
+fn rays_leaving_a_sphere_hit_it_only_at_the_chord_end() {
     let mut rng = TestRng::new(3);
     for _ in 0..200 {
         let radius = 10.0_f32.powf(4.0 * rng.uniform() - 2.0);
@@ -98,7 +98,7 @@ fn a_ray_from_a_sphere_meets_it_again_at_the_end_of_its_chord_or_never() {
 
 /// A ray whose origin lies slightly in front of the primitive that it left, as rounding may place it.
 #[test]
-fn what_has_just_been_left_is_passed_up_to_its_free_distance() {
+fn excluded_primitive_is_skipped_up_to_its_free_distance() {
     let square = |z: f32| {
         triangle([(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)].map(|(x, y)| Vec3::new(x, y, z)))
     };
@@ -129,7 +129,7 @@ fn what_has_just_been_left_is_passed_up_to_its_free_distance() {
 /// exactly at one, about one in 10^4 escapes here, and more if the mesh is finer. That of obvhs lets none escape. Fast mode
 /// is measured and printed without a limit.
 #[test]
-fn robust_tracing_lets_nothing_out_of_a_closed_mesh() {
+fn robust_tracing_is_watertight_at_closed_mesh_edges() {
     const RAYS: usize = 20_000;
     let mut rng = TestRng::new(4);
     for (n, round) in [(1, false), (6, false), (8, true)] {
@@ -165,7 +165,7 @@ fn robust_tracing_lets_nothing_out_of_a_closed_mesh() {
 }
 
 #[test]
-fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
+fn shadow_rays_hit_near_occluders_but_not_the_light_itself() {
     let square = |y: f32, half: f32| {
         let corner = |x: f32, z: f32| Vec3::new(half * x, y, half * z);
         let corners = vec![
@@ -219,7 +219,7 @@ fn a_segment_sees_an_occluder_right_before_the_light_but_not_the_light() {
 
 /// A point light in the plane of a surface, as in a ceiling: rounding decides on which side it is.
 #[test]
-fn a_surface_through_a_point_light_hides_it_from_neither_side() {
+fn surface_through_a_point_light_does_not_occlude_it() {
     let mut rng = TestRng::new(11);
     let mut met = 0;
     for round in 0..200 {
@@ -266,7 +266,7 @@ fn a_surface_through_a_point_light_hides_it_from_neither_side() {
 /// The rounding error at the end of a segment grows with its length: a small light about the origin is exact, the end of a
 /// ray from far away is not.
 #[test]
-fn a_long_segment_does_not_end_on_its_light() {
+fn long_shadow_rays_do_not_hit_their_target_light() {
     let mut rng = TestRng::new(7);
     let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
     for _ in 0..200 {
@@ -307,7 +307,7 @@ fn a_long_segment_does_not_end_on_its_light() {
 }
 
 #[test]
-fn rays_that_are_not_finite_hit_nothing() {
+fn non_finite_rays_hit_nothing() {
     let shapes = soup(&mut TestRng::new(5));
     for (name, accel) in every_accel(&standing(shapes.clone())) {
         for bad in [f32::NAN, f32::INFINITY] {
@@ -323,7 +323,7 @@ fn rays_that_are_not_finite_hit_nothing() {
 }
 
 #[test]
-fn a_scene_without_shapes_is_empty_space() {
+fn rays_in_a_scene_without_shapes_hit_nothing() {
     for (name, accel) in every_accel(&standing(vec![])) {
         let ray = Ray::new(Vec3::ZERO, Vec3::X);
         assert_eq!(accel.intersect(&ray, 0.0, None), None, "{name}");

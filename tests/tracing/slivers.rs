@@ -101,12 +101,12 @@ fn assert_none_meets(seed: u64, world: impl Fn(&mut TestRng, [Vec3; 3]) -> Arc<W
 }
 
 #[test]
-fn no_shadow_ray_meets_the_sliver_that_it_leaves_or_ends_on() {
+fn robust_shadow_rays_do_not_self_intersect_slivers() {
     assert_none_meets(11, |_, corners| standing(vec![triangle(corners)]));
 }
 
 #[test]
-fn no_shadow_ray_meets_the_sliver_of_an_instance() {
+fn robust_shadow_rays_do_not_self_intersect_instanced_slivers() {
     assert_none_meets(12, |rng, corners| {
         let place = rotation(rng) * DAffine3::from_scale(DVec3::new(1.5, 1.0, 0.7));
         placed_once(vec![triangle(corners)], vec![in_single(place)])

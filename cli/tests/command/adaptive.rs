@@ -18,7 +18,7 @@ fn exr_says(folder: &SceneFolder, words: &str) -> bool {
 }
 
 #[test]
-fn greed_is_labelled_as_biased_everywhere_and_two_phases_are_not() {
+fn greedy_adaptive_is_labelled_biased_and_two_phase_is_not() {
     let folder = SceneFolder::new([("a.toml", SMALL)]);
     let flags = "-o a.exr --stats a.json --progress none";
     let greedy = succeed(
@@ -57,7 +57,7 @@ fn greed_is_labelled_as_biased_everywhere_and_two_phases_are_not() {
 }
 
 #[test]
-fn the_scene_asks_for_it_and_the_flag_overrides() {
+fn adaptive_flag_overrides_the_scene_setting() {
     let text = SMALL.replace("spp = 4", "spp = 64\nadaptive = \"two-phase\"");
     let folder = SceneFolder::new([("a.toml", text)]);
     let flags = "-o a.pfm --stats a.json -q";
@@ -73,7 +73,7 @@ fn the_scene_asks_for_it_and_the_flag_overrides() {
 }
 
 #[test]
-fn what_makes_no_sense_is_a_usage_error() {
+fn invalid_adaptive_flags_are_usage_errors() {
     let folder = SceneFolder::new([("a.toml", SMALL)]);
     for (flags, words) in [
         ("--adaptive=greedy", ["--error", "greedy"]),

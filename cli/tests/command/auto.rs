@@ -17,7 +17,7 @@ fn folder() -> SceneFolder {
 }
 
 #[test]
-fn the_choice_and_its_reason_are_said_everywhere() {
+fn auto_choice_and_reason_are_reported_in_every_output() {
     let folder = folder();
     for arguments in [
         "render point.toml --integrator auto --light-paths off --stats it.json -o it.exr",
@@ -47,7 +47,7 @@ fn the_choice_and_its_reason_are_said_everywhere() {
 }
 
 #[test]
-fn nothing_is_said_where_an_integrator_is_named() {
+fn auto_is_not_reported_for_a_named_integrator() {
     let finished = succeed(&folder(), "render small.toml --json -o it.png");
     let stats: Value = serde_json::from_str(&finished.stdout).expect("a JSON object");
     assert_eq!(
@@ -58,13 +58,15 @@ fn nothing_is_said_where_an_integrator_is_named() {
 }
 
 #[test]
-fn a_plan_names_the_integrator_with_what_it_was_held_against() {
+fn plan_reports_selected_integrator_and_alternatives() {
     let folder = folder();
     let table = succeed(&folder, "plan point.toml").stdout;
     for words in [
         "integrator: --integrator auto selects path: ",
         "light paths beside path: 1/4 for each camera path (camera paths alone miss light)",
         "squared error at equal work in a pilot, relative to path: path 1.00, bdpt ",
+        "roulette of path: window=1/",
+        "filter: gaussian:1.5, splatting (where light varies little, 2.97 times",
     ] {
         assert!(table.contains(words), "no `{words}` in\n{table}");
     }
@@ -83,7 +85,7 @@ fn a_plan_names_the_integrator_with_what_it_was_held_against() {
 }
 
 #[test]
-fn a_study_wants_names() {
+fn study_rejects_integrator_auto() {
     let words = ["auto selects one of several", "--vary integrator=path,bdpt"];
     fails(
         &folder(),

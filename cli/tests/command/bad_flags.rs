@@ -11,7 +11,7 @@ fn flags_fail(flags: &str, words: &[&str]) {
 }
 
 #[test]
-fn flags_that_make_no_sense() {
+fn invalid_flags_are_usage_errors() {
     for crop in [
         "0,0,25,16",
         "3,3,3,4",
@@ -83,7 +83,7 @@ fn flags_that_make_no_sense() {
 }
 
 #[test]
-fn places_that_cannot_be_written() {
+fn unwritable_outputs_are_rejected() {
     flags_fail("-o a.bmp", &["a.bmp", ".exr, .png, .hdr or .pfm"]);
     flags_fail("-o a", &["\"a\"", ".exr"]);
     let folder = SceneFolder::new([("a.toml", SMALL)]);
@@ -111,7 +111,7 @@ fn places_that_cannot_be_written() {
 }
 
 #[test]
-fn verbs_that_are_none() {
+fn unknown_or_incomplete_subcommands_are_usage_errors() {
     let folder = SceneFolder::new([("a.toml", SMALL)]);
     fails(&folder, "", USAGE, &["Usage"]);
     fails(&folder, "rendr a.toml", USAGE, &["rendr", "render"]);

@@ -5,7 +5,7 @@ use crate::common::scene_folder::{HEAD, SceneFolder};
 use crate::support::{INPUT_OUTPUT, SCENE, fails, scene_fails};
 
 #[test]
-fn motion_that_is_none() {
+fn invalid_motion_is_rejected_with_file_and_line() {
     let moved = |keys: &str| {
         format!(
             "[[shape]]\nname = \"ball\"\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmotion = [\n{keys}]"
@@ -51,7 +51,7 @@ fn motion_that_is_none() {
 }
 
 #[test]
-fn cameras_that_move_wrongly() {
+fn invalid_camera_motion_is_rejected_with_file_and_line() {
     let key = "{ time = 0, transform = [] }";
     scene_fails(
         &format!("motion = [{key}]"),
@@ -123,7 +123,7 @@ fn cameras_that_move_wrongly() {
 }
 
 #[test]
-fn groups_that_are_none_and_groups_in_circles() {
+fn unknown_and_cyclic_groups_are_rejected_with_file_and_line() {
     let member = "[[shape]]\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n";
     let instance = |of: &str, group: &str| {
         let group = if group.is_empty() {
@@ -216,7 +216,7 @@ fn groups_that_are_none_and_groups_in_circles() {
 }
 
 #[test]
-fn a_chain_of_groups_may_be_as_long_as_its_file() {
+fn long_group_cycles_are_reported_without_stack_overflow() {
     // Recursion along this chain would overflow the stack.
     let mut chain = String::new();
     for i in 0..100_000 {
@@ -231,7 +231,7 @@ fn a_chain_of_groups_may_be_as_long_as_its_file() {
 }
 
 #[test]
-fn emission_that_is_no_colour() {
+fn invalid_emission_is_rejected_with_file_and_line() {
     let lamp = "[[shape]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nemission = ";
     for (colour, words) in [
         ("-1", "of at least 0"),
@@ -267,7 +267,7 @@ fn emission_that_is_no_colour() {
 }
 
 #[test]
-fn groups_that_multiply_without_end_are_refused_at_once() {
+fn exponential_and_deeply_nested_groups_are_rejected() {
     let ball = |group: &str| {
         format!(
             "[[shape]]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\ngroup = \"{group}\"\n"

@@ -19,7 +19,7 @@ fn json(text: &str) -> Value {
 }
 
 #[test]
-fn requests_that_make_no_sense() {
+fn invalid_battery_arguments_are_rejected() {
     let folder = empty();
     fails(
         &folder,
@@ -53,7 +53,7 @@ fn requests_that_make_no_sense() {
 }
 
 #[test]
-fn rows_are_measured_and_written() {
+fn selected_rows_are_measured_and_written() {
     let folder = empty();
     let finished = succeed(&folder, "battery 29 28 -o out --seed 7 -t 1");
     let report = json(&read(&folder, "out/battery.json"));
@@ -105,7 +105,7 @@ fn rows_are_measured_and_written() {
 }
 
 #[test]
-fn json_is_what_is_written() {
+fn printed_json_equals_the_written_file() {
     let folder = empty();
     let finished = succeed(&folder, "battery 13 --json -q -o deep/out");
     assert_eq!(finished.stderr, "");
@@ -115,7 +115,7 @@ fn json_is_what_is_written() {
 
 /// With fast precision rays slip through vertices: the battery has to detect it and report it by the exit code.
 #[test]
-fn a_case_that_fails_makes_the_command_fail() {
+fn failed_case_sets_the_exit_code() {
     let folder = empty();
     let backend = "obvhs-bvh2";
     let finished = run(
@@ -133,7 +133,7 @@ fn a_case_that_fails_makes_the_command_fail() {
 }
 
 #[test]
-fn a_full_battery_says_how_to_repeat_it() {
+fn full_battery_reports_its_seed_and_command() {
     let folder = empty();
     let report = json(&succeed(&folder, "battery 29 --full --json -q -o out").stdout);
     let seed = report["seed"].as_u64().expect("a seed");
@@ -145,7 +145,7 @@ fn a_full_battery_says_how_to_repeat_it() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_battery_keeps_what_was_measured() {
+fn interrupted_battery_writes_an_incomplete_report() {
     let folder = empty();
     // It is interrupted long before its end; the long cases come first.
     let child = command(&folder, "battery --full -o out").spawn();

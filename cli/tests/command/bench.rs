@@ -41,7 +41,7 @@ fn backends() -> Vec<&'static str> {
 }
 
 #[test]
-fn requests_that_make_no_sense() {
+fn invalid_bench_arguments_are_rejected() {
     let folder = SceneFolder::new([
         ("small.toml", SMALL.to_owned()),
         ("bad.toml", format!("{HEAD}[[shape]]\n")),
@@ -100,7 +100,7 @@ fn requests_that_make_no_sense() {
 }
 
 #[test]
-fn a_bench_is_printed_and_written_with_the_same_numbers() {
+fn printed_and_written_bench_reports_agree() {
     let folder = small();
     let finished = succeed(&folder, &format!("bench small.toml {LITTLE}"));
     let report = json(&read(&folder, "out/bench.json"));
@@ -162,7 +162,7 @@ fn a_bench_is_printed_and_written_with_the_same_numbers() {
 }
 
 #[test]
-fn one_backend_alone_is_printed_as_json() {
+fn single_backend_bench_prints_its_json() {
     let folder = small();
     let name = Backend::ALL[1].name();
     let arguments = format!("bench small.toml --json -q --backend {name} {LITTLE}");
@@ -180,7 +180,7 @@ fn one_backend_alone_is_printed_as_json() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_bench_keeps_what_was_measured() {
+fn interrupted_bench_writes_an_incomplete_report() {
     let folder = small();
     // More rounds than can finish before the interrupt.
     let arguments = "bench small.toml --rounds 1000 --render-time 1h -o out";

@@ -99,7 +99,7 @@ fn small() -> SceneFolder {
 }
 
 #[test]
-fn a_client_in_c_renders_what_the_command_does_and_everything_else() {
+fn c_client_renders_bit_identically_to_the_command() {
     let folder = small();
     let mut flags = sanitized(&folder);
     flags.push("-D_POSIX_C_SOURCE=200809L");
@@ -121,7 +121,7 @@ fn assert_same_files(folder: &SceneFolder, a: &str, b: &str) {
 
 /// The scene has motion, alpha, normal maps and textured emission.
 #[test]
-fn what_a_client_builds_in_memory_is_what_a_scene_file_says() {
+fn scene_built_in_memory_matches_its_scene_file() {
     let scene = std::fs::read_to_string(source("everything.toml")).expect("the scene");
     let folder = SceneFolder::new([("everything.toml", scene.as_str())]);
     let program = compile("cc", &sanitized(&folder), &source("everything.c"), &folder);
@@ -132,7 +132,7 @@ fn what_a_client_builds_in_memory_is_what_a_scene_file_says() {
 }
 
 #[test]
-fn what_there_is_no_memory_for_is_refused_and_the_client_goes_on() {
+fn out_of_memory_is_reported_and_the_client_continues() {
     let folder = small();
     let flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L"];
     let program = compile("cc", &flags, &source("limits.c"), &folder);
@@ -141,14 +141,14 @@ fn what_there_is_no_memory_for_is_refused_and_the_client_goes_on() {
 }
 
 #[test]
-fn a_client_in_cpp_owns_handles_and_renders() {
+fn cpp_client_with_owning_handles_renders() {
     let folder = small();
     let program = compile("c++", &["-std=c++17"], &source("client.cpp"), &folder);
     assert!(run(&mut client(program, &folder)).contains("all is well"));
 }
 
 #[test]
-fn the_example_of_the_guide_compiles_and_runs() {
+fn guide_and_readme_examples_compile_and_run() {
     let guide = std::fs::read_to_string(in_repository("docs/c-api.md")).expect("the guide");
     let readme = std::fs::read_to_string(in_repository("README.md")).expect("the README");
     for page in [guide, readme] {
@@ -166,7 +166,7 @@ fn the_example_of_the_guide_compiles_and_runs() {
 }
 
 #[test]
-fn the_example_in_python_renders() {
+fn python_example_runs() {
     let output = Command::new("python3")
         .arg(in_repository("examples/python/render.py"))
         .env("PREFIX", prefix())
@@ -213,7 +213,7 @@ fn guarded<'a>(client: &'a mut Command, folder: &SceneFolder) -> &'a mut Command
 }
 
 #[test]
-fn what_calls_cost_is_printed() {
+fn call_overhead_benchmark_runs() {
     let folder = small();
     let flags = ["-std=c11", "-D_POSIX_C_SOURCE=200809L"];
     let program = compile("cc", &flags, &source("overhead.c"), &folder);
@@ -221,7 +221,7 @@ fn what_calls_cost_is_printed() {
 }
 
 #[test]
-fn arbitrary_arguments_end_in_a_status_and_a_text_and_leak_nothing() {
+fn arbitrary_arguments_return_a_status_without_leaks() {
     let folder = small();
     let program = compile("cc", &sanitized(&folder), &source("arbitrary.c"), &folder);
     let says = run(guarded(&mut client(program, &folder), &folder).args(["1", "20000"]));
@@ -248,7 +248,7 @@ fn names_before_parenthesis(code: &str) -> BTreeSet<String> {
 }
 
 #[test]
-fn the_library_shows_the_functions_of_its_header_and_nothing_else() {
+fn library_exports_exactly_the_header_functions() {
     let output = Command::new("nm")
         .args(["-D", "--defined-only"])
         .arg(prefix().join("lib/libetendue.so"))
@@ -265,7 +265,7 @@ fn the_library_shows_the_functions_of_its_header_and_nothing_else() {
 }
 
 #[test]
-fn the_header_is_that_of_the_sources() {
+fn header_matches_the_sources() {
     // The whole header is compared if cbindgen is installed; functions and structures always.
     let folders = ["capi/src", "capi/src/describe"].map(in_repository);
     let entries = folders.iter().flat_map(|folder| {
@@ -309,7 +309,7 @@ fn the_header_is_that_of_the_sources() {
 }
 
 #[test]
-fn the_static_library_links_too() {
+fn static_library_links() {
     let folder = small();
     let archive = prefix().join("lib/libetendue.a");
     let private: Vec<String> = pkg_config(&["--static", "--libs"])
@@ -331,7 +331,7 @@ fn the_static_library_links_too() {
 }
 
 #[test]
-fn what_is_installed_needs_nothing_of_the_folder_it_was_built_in() {
+fn installation_does_not_depend_on_the_build_directory() {
     for file in ["bin/etendue", "lib/libetendue.so"] {
         let output = Command::new("ldd").arg(prefix().join(file)).output();
         let libraries = expect_success("ldd", output.expect("ldd is installed"));

@@ -31,7 +31,7 @@ fn wait_for(checkpoint: &Path, least: u64, child: &mut Child) {
 }
 
 #[test]
-fn a_killed_render_goes_on_to_the_bits_of_one_that_was_not() {
+fn killed_and_resumed_render_is_bit_identical() {
     for (integrator, spp) in [("path", 2000), ("bdpt", 1000), ("mlt", 400)] {
         let folder = small();
         let flags = format!(
@@ -64,7 +64,7 @@ fn a_killed_render_goes_on_to_the_bits_of_one_that_was_not() {
 
 #[cfg(unix)]
 #[test]
-fn a_render_that_is_asked_to_end_keeps_all_its_samples() {
+fn terminated_shard_leaves_a_checkpoint_but_no_output() {
     let folder = small();
     let flags =
         "render small.toml --spp 1000000 --shard 1/2 --checkpoint it.etd --every 0.01s -o part.etd";
@@ -80,12 +80,19 @@ fn a_render_that_is_asked_to_end_keeps_all_its_samples() {
         "a part is not a whole shard"
     );
     let header = read_header(&folder.path("it.etd")).expect("it is whole");
+    // Without --shard, it is not taken for the whole image.
+    fails(
+        &folder,
+        "render small.toml --spp 1000000 --resume it.etd -o it.exr",
+        USAGE,
+        &["samples 500000..1000000", "-o part.etd"],
+    );
     assert_eq!(header.shard, Some([500_000, 1_000_000]));
     assert_eq!(header.done[0][0], 500_000);
 }
 
 #[test]
-fn only_its_own_state_continues_a_render() {
+fn mismatched_state_files_are_rejected_on_resume() {
     let folder = small();
     succeed(&folder, "render small.toml -q --spp 8 -o it.etd");
     for (flags, code, word) in [
@@ -112,6 +119,13 @@ fn only_its_own_state_continues_a_render() {
             &[word],
         );
     }
+    // A checkpoint with samples is not replaced by a render that begins.
+    fails(
+        &folder,
+        "render small.toml --spp 16 --checkpoint it.etd -o it.exr",
+        USAGE,
+        &["it.etd", "--resume it.etd"],
+    );
     // What a render has already is not rendered again.
     let again = succeed(
         &folder,
@@ -148,7 +162,7 @@ impl Drop for SmallDisk {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_costs_nothing_that_was_whole() {
+fn full_disk_preserves_the_existing_file() {
     let folder = small();
     let Some(disk) = SmallDisk::mount(folder.path("disk")) else {
         eprintln!("not tested: only root may mount a small disk");
@@ -169,35 +183,36 @@ fn a_full_disk_costs_nothing_that_was_whole() {
     let after = std::fs::read(folder.path("disk/it.etd")).expect("it is there");
     assert!(before == after);
     // A checkpoint that cannot be written is a warning, while the render goes on.
-    let flags = "render small.toml --filter box --spp 2000 --checkpoint disk/it.etd --every 0.001s -o it.exr";
+    let flags = "render small.toml --filter box -q --spp 2000 --resume disk/it.etd --checkpoint disk/it.etd --every 0.001s -o it.exr";
     let full = run(&folder, flags);
     assert!(full.stderr.contains("no checkpoint"), "{}", full.stderr);
+    // The last checkpoint cannot be written either, which costs the image nothing.
+    assert_eq!(full.code, INPUT_OUTPUT, "{}", full.stderr);
+    assert_eq!(read(&folder, "it.exr").width(), 24);
     let names = std::fs::read_dir(&disk.0).expect("it is there");
     assert_eq!(names.count(), 1, "a temporary file was left");
 }
 
 #[test]
-fn of_two_writers_of_one_name_one_file_is_left_whole() {
+fn concurrent_writers_leave_a_valid_file() {
     let folder = small();
-    let flags = |seed| {
-        format!(
-            "render small.toml -q --spp 400 --seed {seed} -o it.etd --checkpoint it.etd --every 0.001s"
-        )
-    };
-    let mut children =
-        [1, 2].map(|seed| command(&folder, &flags(seed)).spawn().expect("it starts"));
-    while children[0]
-        .try_wait()
-        .expect("it can be waited for")
-        .is_none()
-    {
-        // At any time, there is no file or a whole one.
-        if folder.path("it.etd").exists() {
-            State::read(&folder.path("it.etd")).unwrap_or_else(|error| panic!("{error}"));
+    let write = |seed| {
+        for _ in 0..20 {
+            let flags = format!("render small.toml -q --spp 4 --seed {seed} -o it.etd");
+            succeed(&folder, &flags);
         }
-    }
-    for mut child in children {
-        assert!(child.wait().expect("it ends").success());
-    }
+    };
+    std::thread::scope(|scope| {
+        let writers = [1, 2].map(|seed| scope.spawn(move || write(seed)));
+        while !writers
+            .iter()
+            .all(std::thread::ScopedJoinHandle::is_finished)
+        {
+            // At any time, there is no file or a whole one.
+            if folder.path("it.etd").exists() {
+                State::read(&folder.path("it.etd")).unwrap_or_else(|error| panic!("{error}"));
+            }
+        }
+    });
     succeed(&folder, "merge -q it.etd -o it.exr");
 }

@@ -72,7 +72,7 @@ fn number(value: &Value) -> f64 {
 }
 
 #[test]
-fn numbers_are_their_closed_forms() {
+fn compare_metrics_match_closed_forms() {
     let folder = SceneFolder::new(NO_FILES);
     save(&folder, "r.pfm", &constant(1.0, None));
     save(&folder, "brighter.exr", &constant(1.25, None));
@@ -113,7 +113,7 @@ fn numbers_are_their_closed_forms() {
 }
 
 #[test]
-fn the_worst_tile_and_the_trimmed_error_know_one_firefly() {
+fn firefly_dominates_worst_tile_but_not_trimmed_error() {
     let folder = SceneFolder::new(NO_FILES);
     save(&folder, "r.exr", &constant(1.0, None));
     save(
@@ -135,7 +135,7 @@ fn the_worst_tile_and_the_trimmed_error_know_one_firefly() {
 }
 
 #[test]
-fn scripts_learn_from_the_exit_code() {
+fn exit_code_reflects_the_tolerance() {
     let folder = SceneFolder::new(NO_FILES);
     save(&folder, "r.exr", &constant(1.0, None));
     save(&folder, "a.exr", &constant(1.01, None));
@@ -193,7 +193,7 @@ fn scripts_learn_from_the_exit_code() {
 
 #[cfg(feature = "flip")]
 #[test]
-fn flip_sees_what_is_shown() {
+fn flip_metric_depends_on_exposure() {
     let folder = SceneFolder::new(NO_FILES);
     save(&folder, "r.exr", &constant(8.0, None));
     save(&folder, "a.exr", &constant(16.0, None));
@@ -206,7 +206,7 @@ fn flip_sees_what_is_shown() {
 }
 
 #[test]
-fn every_format_is_compared_with_every_other() {
+fn every_image_format_compares_with_every_other() {
     let folder = SceneFolder::new(NO_FILES);
     let image = constant(1.0, Some((3, 4, Rgb::BLACK)));
     let names = ["a.exr", "a.png", "a.hdr", "a.pfm"];
@@ -221,7 +221,7 @@ fn every_format_is_compared_with_every_other() {
 }
 
 #[test]
-fn a_map_shows_what_is_too_dark_and_too_bright() {
+fn error_map_colours_too_dark_and_too_bright_pixels() {
     let folder = SceneFolder::new(NO_FILES);
     save(&folder, "r.exr", &constant(1.0, None));
     let mut image = constant(1.0, Some((10, 20, Rgb::grey(2.0))));
@@ -232,7 +232,7 @@ fn a_map_shows_what_is_too_dark_and_too_bright() {
             &folder,
             &format!("compare a.exr r.exr --map it.png {flags}"),
         );
-        let map = Image::read(&folder.path("it.png"), ColourSpace::Srgb).expect("a picture");
+        let map = Image::read(&folder.path("it.png"), ColourSpace::Srgb).expect("an image");
         assert_eq!((map.width(), map.height()), (64, 40));
         (map, finished.stderr)
     };
@@ -265,8 +265,8 @@ fn a_map_shows_what_is_too_dark_and_too_bright() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused_in_words() {
-    let folder = SceneFolder::new([("text.exr", "no picture")]);
+fn invalid_comparisons_are_rejected_with_a_message() {
+    let folder = SceneFolder::new([("text.exr", "no image")]);
     save(&folder, "r.exr", &constant(1.0, None));
     save(&folder, "small.png", &Image::filled(8, 8, Rgb::WHITE));
     save(
@@ -287,7 +287,7 @@ fn what_cannot_be_compared_is_refused_in_words() {
             &["missing.exr: cannot read"],
         ),
         ("r.exr .", INPUT_OUTPUT, &["not a regular file"]),
-        ("text.exr r.exr", INPUT_OUTPUT, &["text.exr: not a picture"]),
+        ("text.exr r.exr", INPUT_OUTPUT, &["text.exr: not an image"]),
         (
             "r.exr nan.pfm",
             INPUT_OUTPUT,
@@ -339,7 +339,7 @@ fn what_cannot_be_compared_is_refused_in_words() {
 }
 
 #[test]
-fn layers_that_are_half_there_or_wrong_are_refused_in_words() {
+fn incomplete_or_invalid_error_layers_are_rejected() {
     let folder = SceneFolder::new(NO_FILES);
     save(&folder, "r.exr", &constant(1.0, None));
     let layer = |name: &str, value: f32| Layer {
@@ -376,7 +376,7 @@ fn layers_that_are_half_there_or_wrong_are_refused_in_words() {
 }
 
 #[test]
-fn renders_of_other_seeds_agree_and_a_bias_of_one_per_cent_is_found() {
+fn bias_test_accepts_other_seeds_and_detects_one_percent_bias() {
     let folder = SceneFolder::new([("matte.toml", MATTE)]);
     for seed in [1, 2] {
         let flags =
@@ -400,7 +400,7 @@ fn renders_of_other_seeds_agree_and_a_bias_of_one_per_cent_is_found() {
     assert!((0.4..0.6).contains(&share), "{share}");
 
     // Brighter by 1 %, more than twice the bias that is detected with a probability of 90 %.
-    let read = LayeredImage::read(&folder.path("1.exr"), ColourSpace::Srgb).expect("a picture");
+    let read = LayeredImage::read(&folder.path("1.exr"), ColourSpace::Srgb).expect("an image");
     let brighter = read.image.pixels().iter().map(|&pixel| 1.01 * pixel);
     let brighter = Image::new(32, 24, brighter.collect());
     let options = WriteOptions {
@@ -425,7 +425,7 @@ fn renders_of_other_seeds_agree_and_a_bias_of_one_per_cent_is_found() {
 }
 
 #[test]
-fn the_test_of_bias_says_where_it_does_not_hold() {
+fn bias_test_warns_about_equal_seeds_and_missing_layers() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     for (spp, name) in [(16, "a"), (32, "b")] {
         succeed(

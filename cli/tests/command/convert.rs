@@ -4,7 +4,7 @@ use crate::common::scene_folder::{SMALL, SceneFolder, TRIANGLE};
 use crate::support::{SCENE, USAGE, fails, succeed};
 
 #[test]
-fn a_converted_scene_renders_the_same_bits() {
+fn converted_scene_renders_bit_identical_images() {
     let folder = SceneFolder::new([("small.toml", SMALL), ("model.obj", TRIANGLE)]);
     for scene in ["small.toml", "model.obj"] {
         succeed(&folder, &format!("convert {scene} -o other.toml -q"));
@@ -18,7 +18,7 @@ fn a_converted_scene_renders_the_same_bits() {
 }
 
 #[test]
-fn a_scene_is_not_overwritten_and_an_invalid_one_not_converted() {
+fn convert_rejects_overwriting_and_invalid_scenes() {
     let folder = SceneFolder::new([("small.toml", SMALL), ("bad.toml", "version = 2")]);
     for (arguments, code, word) in [
         ("convert small.toml -o small.toml", USAGE, "another file"),

@@ -32,7 +32,7 @@ fn rel_mse(picture: &LayeredImage, reference: &LayeredImage) -> f64 {
 }
 
 #[test]
-fn a_render_and_its_file_are_filtered_alike() {
+fn render_and_file_denoising_are_bit_identical() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     succeed(
         &folder,
@@ -83,7 +83,7 @@ fn a_render_and_its_file_are_filtered_alike() {
             assert!(said.contains(word), "no `{word}` in {said}");
         }
     }
-    // Without --layers the unfiltered picture is kept all the same.
+    // Without --layers the unfiltered image is kept all the same.
     succeed(
         &folder,
         "render small.toml --spp 32 --denoise=nlm -q -o short.exr",
@@ -97,7 +97,7 @@ fn a_render_and_its_file_are_filtered_alike() {
 /// Denoises a hard scene: glass, gold, a small lamp. Each half of the reference has 16 times as many samples, and its noise
 /// is not counted.
 #[test]
-fn the_filter_pays_at_few_samples_and_keeps_its_word() {
+fn denoising_halves_rel_mse_and_error_estimate_is_plausible() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     let scene = in_repository("scenes/suzanne-room/suzanne-room.toml");
     let render = format!("render {} --size 144x96 -q", scene.display());
@@ -123,7 +123,7 @@ fn the_filter_pays_at_few_samples_and_keeps_its_word() {
 
 /// Denoises a grey box whose walls emit 1 and reflect half: every pixel is 2.
 #[test]
-fn a_closed_form_is_kept_within_the_stated_error() {
+fn denoised_furnace_matches_closed_form_within_stated_error() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     let scene = in_repository("scenes/furnace/grey-box.toml");
     let flags = "--spp 64 --sampler independent --denoise --layers --json -o it.exr";
@@ -146,7 +146,7 @@ fn a_closed_form_is_kept_within_the_stated_error() {
 }
 
 #[test]
-fn what_cannot_be_filtered_is_refused_in_words() {
+fn invalid_denoise_inputs_are_rejected_with_a_message() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     succeed(&folder, "render small.toml -q -o bare.exr -o bare.png");
     succeed(
@@ -205,7 +205,7 @@ fn what_cannot_be_filtered_is_refused_in_words() {
 }
 
 #[test]
-fn with_an_error_asked_for_it_is_said_whose_it_is() {
+fn target_error_is_reported_as_before_filtering() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     let said = run(&folder, "render small.toml --denoise --error 10% -o it.png");
     assert_eq!(said.code, 0, "{}", said.stderr);

@@ -7,7 +7,7 @@ use etendue::internals::image::{ColourSpace, LayeredImage};
 use etendue::internals::post::denoise::Denoiser;
 
 #[test]
-fn a_folder_without_the_library_is_named() {
+fn missing_oidn_library_error_names_the_folder() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     succeed(&folder, "render small.toml -q --layers -o it.exr");
     let empty = tempfile::tempdir().expect("a folder");
@@ -36,7 +36,7 @@ fn a_folder_without_the_library_is_named() {
 /// A file of that name that is not a library leads to an error, not a panic.
 #[test]
 #[cfg(target_os = "linux")]
-fn a_library_that_is_none_is_named() {
+fn invalid_oidn_library_is_reported_by_name() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     let fake = tempfile::tempdir().expect("a folder");
     std::fs::write(fake.path().join("libOpenImageDenoise.so.2"), "no library").expect("written");
@@ -52,7 +52,7 @@ fn a_library_that_is_none_is_named() {
 
 /// Runs only if OIDN_DIR names the library or the system has it.
 #[test]
-fn where_the_library_is_found_it_filters() {
+fn oidn_filtering_halves_rel_mse_if_available() {
     if let Err(error) = Denoiser::OpenImageDenoise.check() {
         println!("not tested: {error}");
         return;
@@ -66,13 +66,13 @@ fn where_the_library_is_found_it_filters() {
     let said = succeed(&folder, "denoise it.exr --filter oidn -o out.exr").stderr;
     for word in [
         "filtered by oidn, error about",
-        "a trained network made this picture",
+        "a trained network made this image",
     ] {
         assert!(said.contains(word), "no `{word}` in {said}");
     }
     let [it, out, reference] = ["it.exr", "out.exr", "reference.exr"].map(|name| {
         LayeredImage::read(&folder.path(name), ColourSpace::Srgb)
-            .expect("a picture")
+            .expect("an image")
             .image
     });
     let error = |image| {

@@ -69,7 +69,7 @@ fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
 }
 
 #[test]
-fn layers_hold_what_they_are_named_after() {
+fn exr_layers_contain_the_named_quantities() {
     let folder = SceneFolder::new([("floor.toml", FLOOR)]);
     succeed(
         &folder,
@@ -141,7 +141,7 @@ fn layers_hold_what_they_are_named_after() {
 }
 
 #[test]
-fn standard_errors_are_those_of_other_seeds() {
+fn standard_errors_match_variance_between_seeds() {
     // A matte floor and a lamp beside it.
     let before_glass = FLOOR.split("[[shape]]").take(2).collect::<Vec<_>>();
     let lamp = "\nmaterial = \"red\"\ntype = \"rectangle\"\nemission = 3\ncorner = [-3, 2.1, -1]\n\
@@ -184,7 +184,7 @@ fn standard_errors_are_those_of_other_seeds() {
 }
 
 #[test]
-fn an_error_that_is_asked_for_is_reached_or_missed_in_words() {
+fn target_error_is_reached_or_reported_as_missed() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     let stats = |flags: &str, code: i32| -> Value {
         let finished = run(
@@ -216,7 +216,7 @@ fn an_error_that_is_asked_for_is_reached_or_missed_in_words() {
 }
 
 #[test]
-fn errors_that_are_none_are_refused() {
+fn invalid_error_and_layer_flags_are_rejected() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
     for (flags, words) in [
         ("--error 0", &["--error", "above 0 and below 1"]),

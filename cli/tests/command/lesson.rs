@@ -17,7 +17,7 @@ fn json(text: &str) -> serde_json::Value {
 }
 
 /// Asserts that a page has no external resources, no scripts and no formula that failed to render.
-fn stands_alone(page: &str) {
+fn assert_self_contained(page: &str) {
     assert!(page.ends_with("</html>"), "{page}");
     // Image data is left out: its base64 letters may spell anything.
     let mut text = String::new();
@@ -40,7 +40,7 @@ fn stands_alone(page: &str) {
 }
 
 #[test]
-fn without_a_topic_the_contents_are_printed() {
+fn lesson_without_a_topic_lists_all_topics() {
     let folder = folder();
     let printed = succeed(&folder, "lesson").stdout;
     for topic in TOPICS {
@@ -57,7 +57,7 @@ fn without_a_topic_the_contents_are_printed() {
 }
 
 #[test]
-fn an_unknown_topic_is_answered_by_the_nearest() {
+fn unknown_topic_is_rejected_with_the_nearest_name() {
     fails(
         &folder(),
         "lesson stratifyed",
@@ -68,7 +68,7 @@ fn an_unknown_topic_is_answered_by_the_nearest() {
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_is_found_before_anything_is_measured() {
+fn unwritable_output_folder_is_rejected() {
     let folder = SceneFolder::new([("taken", "a file".to_owned())]);
     fails(&folder, "lesson dice -o taken", INPUT_OUTPUT, &["taken"]);
     fails(
@@ -83,7 +83,7 @@ fn a_folder_that_cannot_be_written_is_found_before_anything_is_measured() {
 }
 
 #[test]
-fn a_topic_prints_its_numbers_and_writes_a_page_that_stands_alone() {
+fn topic_prints_results_and_writes_a_self_contained_page() {
     let folder = folder();
     let finished = succeed(&folder, "lesson power-function --seed 5 --progress none");
     for expected in ["# The power function", "exact", "passed", "efficiency"] {
@@ -95,7 +95,7 @@ fn a_topic_prints_its_numbers_and_writes_a_page_that_stands_alone() {
         finished.stderr
     );
     let page = read(&folder, "out/lesson/power-function.html");
-    stands_alone(&page);
+    assert_self_contained(&page);
     for expected in [
         "etendue lesson power-function --seed 5",
         "<math",
@@ -107,7 +107,7 @@ fn a_topic_prints_its_numbers_and_writes_a_page_that_stands_alone() {
 }
 
 #[test]
-fn json_has_every_number_and_nothing_else_is_printed() {
+fn json_contains_results_and_is_the_only_output() {
     let folder = folder();
     let finished = succeed(&folder, "lesson dice roulette --json -q -o pages");
     assert_eq!(finished.stderr, "");
@@ -120,13 +120,13 @@ fn json_has_every_number_and_nothing_else_is_printed() {
     assert_eq!(numbers[0]["exact"], 3.5);
     assert_eq!(numbers[0]["verdict"], "passed");
     for name in ["dice", "roulette"] {
-        stands_alone(&read(&folder, &format!("pages/{name}.html")));
+        assert_self_contained(&read(&folder, &format!("pages/{name}.html")));
     }
 }
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_site_keeps_the_pages_that_are_done() {
+fn interrupted_site_keeps_completed_pages() {
     let folder = folder();
     let child = crate::support::command(&folder, "lesson --all -t 1")
         .spawn()
@@ -140,8 +140,8 @@ fn an_interrupted_site_keeps_the_pages_that_are_done() {
         read(&folder, "out/lesson/dice.html"),
         read(&folder, "out/lesson/index.html"),
     );
-    stands_alone(&dice);
-    stands_alone(&index);
+    assert_self_contained(&dice);
+    assert_self_contained(&index);
     assert!(index.contains("href=\"dice.html\"") && !index.contains("href=\"ladder.html\""));
     assert!(!folder.path("out/lesson/ladder.html").exists());
     // No partly written file is left.
@@ -152,7 +152,7 @@ fn an_interrupted_site_keeps_the_pages_that_are_done() {
 }
 
 #[test]
-fn seeds_are_numbers() {
+fn non_numeric_seed_is_a_usage_error() {
     let finished = run(&folder(), "lesson dice --seed many");
     assert_eq!(finished.code, USAGE);
 }

@@ -57,7 +57,7 @@ fn replayed(folder: &SceneFolder, stderr: &str) -> Finished {
 }
 
 #[test]
-fn they_are_counted_and_left_out_and_the_first_can_be_replayed() {
+fn non_finite_samples_are_counted_rejected_and_replayable() {
     // A name that a shell would split.
     let folder = SceneFolder::new([("it's half $HOME.toml", HALF)]);
     let scene = "it's half $HOME.toml";
@@ -86,7 +86,7 @@ fn they_are_counted_and_left_out_and_the_first_can_be_replayed() {
 
         let stats = std::fs::read_to_string(folder.path("a.json")).expect("it was written");
         let stats: serde_json::Value = serde_json::from_str(&stats).expect("it is JSON");
-        let image = Image::read(&folder.path("a.pfm"), ColourSpace::Linear).expect("a picture");
+        let image = Image::read(&folder.path("a.pfm"), ColourSpace::Linear).expect("an image");
         let (width, height) = (image.width(), image.height());
         let count = u64::from(width / 2 * height) * stats["spp"].as_u64().expect("a number");
         assert_eq!(stats["rejected"]["count"], count, "{flags:?}");
@@ -117,7 +117,7 @@ fn they_are_counted_and_left_out_and_the_first_can_be_replayed() {
 }
 
 #[test]
-fn finite_pictures_say_nothing_of_them() {
+fn finite_images_print_no_non_finite_warning() {
     let folder = SceneFolder::new([("a.toml", HALF.replace("3e38", "1e38"))]);
     let finished = run(&folder, "render a.toml --spp 2 -o a.pfm");
     assert_eq!(finished.code, 0, "{}", finished.stderr);

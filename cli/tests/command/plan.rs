@@ -37,7 +37,7 @@ fn plan_of(description: &SceneDescription) -> Plan {
 }
 
 #[test]
-fn the_table_names_every_effect_with_its_reason_and_place() {
+fn plan_table_lists_every_effect_with_reason_and_location() {
     let printed = succeed(&small(), "plan small.toml").stdout;
     for effect in Effect::ALL {
         let row = printed.lines().find(|l| l.starts_with(effect.name()));
@@ -56,7 +56,7 @@ fn the_table_names_every_effect_with_its_reason_and_place() {
 }
 
 #[test]
-fn json_has_the_scene_the_kernel_and_every_effect() {
+fn plan_json_lists_scene_kernel_and_every_effect() {
     let printed = succeed(&small(), "plan small.toml --json").stdout;
     let report: Value = serde_json::from_str(&printed).expect("one object");
     assert_eq!(
@@ -82,7 +82,7 @@ fn json_has_the_scene_the_kernel_and_every_effect() {
 }
 
 #[test]
-fn costs_are_measured_for_every_effect_that_is_on() {
+fn costs_are_measured_for_every_enabled_effect() {
     let arguments = "plan small.toml --json --cost --spp 2 --rounds 3 --size 24x16";
     let printed = succeed(&small(), arguments).stdout;
     let report: Value = serde_json::from_str(&printed).expect("one object");
@@ -120,7 +120,7 @@ fn costs_are_measured_for_every_effect_that_is_on() {
 }
 
 #[test]
-fn flags_that_make_no_sense_are_refused() {
+fn invalid_plan_arguments_are_rejected() {
     fails(&small(), "plan small.toml --spp 4", USAGE, &["--cost"]);
     fails(
         &small(),
@@ -132,7 +132,7 @@ fn flags_that_make_no_sense_are_refused() {
 }
 
 #[test]
-fn the_kernel_can_be_named_and_changes_nothing() {
+fn explicit_kernel_renders_a_bit_identical_image() {
     let folder = small();
     succeed(&folder, "render small.toml -q -o a.pfm");
     succeed(&folder, "render small.toml -q -o b.pfm --kernel everything");
@@ -152,7 +152,7 @@ fn the_kernel_can_be_named_and_changes_nothing() {
 }
 
 #[test]
-fn a_scene_without_an_effect_does_not_call_for_it() {
+fn removing_an_effect_disables_it_in_the_plan() {
     let folder = SceneFolder::new([("all.toml", ALL_EFFECTS)]);
     let Texture::Image { image, .. } = panorama() else {
         panic!("the panorama is an image")
@@ -232,7 +232,7 @@ reuse = "4"
 "#;
 
 #[test]
-fn the_light_that_an_effect_carries_is_what_is_missing_without_it() {
+fn effect_energy_share_matches_closed_form() {
     // An emitting floor under a sky of radiance 1: the contribution of each is known.
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     scene.shapes = vec![surface(
@@ -259,7 +259,7 @@ fn the_light_that_an_effect_carries_is_what_is_missing_without_it() {
 }
 
 #[test]
-fn textures_become_their_mean() {
+fn disabled_textures_are_replaced_by_their_mean() {
     let folder = small();
     let description = folder.load("small.toml");
     let flat = without(&description, Effect::Textures);
@@ -272,7 +272,7 @@ fn textures_become_their_mean() {
 }
 
 #[test]
-fn an_instance_that_nothing_places_is_no_reason() {
+fn unplaced_instances_do_not_enable_effects() {
     let folder = SceneFolder::new([("lost.toml", LOST_INSTANCE)]);
     let plan = plan_of(&folder.load("lost.toml"));
     for (effect, on, why) in [
@@ -308,7 +308,7 @@ of = "ball"
 "#;
 
 #[test]
-fn a_panorama_becomes_its_mean_over_all_directions() {
+fn environment_map_is_replaced_by_its_mean_over_the_sphere() {
     // White except the rows at the poles: those between 45 degrees and a pole are 1 - cos(45 degrees) of the sphere.
     let rows = 64;
     let texels = (0..2 * rows * rows).map(|i| {
@@ -338,7 +338,7 @@ fn a_panorama_becomes_its_mean_over_all_directions() {
 }
 
 #[test]
-fn without_instances_nothing_moves_in_a_frame_of_its_own() {
+fn disabling_instances_also_covers_moving_shapes() {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
     scene.camera.shutter = [0.0, 1.0];
@@ -350,7 +350,7 @@ fn without_instances_nothing_moves_in_a_frame_of_its_own() {
 }
 
 #[test]
-fn the_one_light_that_is_kept_is_to_be_seen() {
+fn remaining_light_without_many_lights_is_a_placed_one() {
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
     scene.groups = vec!["nowhere".to_owned()];
@@ -365,7 +365,7 @@ fn the_one_light_that_is_kept_is_to_be_seen() {
 }
 
 #[test]
-fn a_pilot_tells_how_many_shards_an_error_takes() {
+fn shard_plan_estimates_spp_for_a_target_error() {
     let matte = "type = \"diffuse\"\nreflectance = 0.5";
     let scene = SMALL
         .replace("type = \"dielectric\"", matte)

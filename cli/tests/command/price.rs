@@ -40,7 +40,7 @@ fn priced_as_json(folder: &SceneFolder, arguments: &str) -> Value {
 }
 
 #[test]
-fn requests_that_make_no_sense() {
+fn invalid_price_arguments_are_rejected() {
     let folder = folder();
     for (arguments, code, words) in [
         ("small.toml --budget soon", USAGE, ["--budget", "5m"]),
@@ -63,7 +63,7 @@ fn requests_that_make_no_sense() {
 }
 
 #[test]
-fn errors_have_times_samples_and_sources_and_the_table_fits_a_terminal() {
+fn price_table_fits_the_terminal_and_has_every_section() {
     let folder = folder();
     let finished = priced(&folder, "small.toml --integrator path --progress none");
     for line in finished.stdout.lines() {
@@ -90,7 +90,7 @@ fn errors_have_times_samples_and_sources_and_the_table_fits_a_terminal() {
 
 /// In a scene without rare paths, whose error is known early.
 #[test]
-fn the_json_has_what_error_then_takes() {
+fn priced_spp_matches_renders_with_that_target_error() {
     let folder = folder();
     let path = in_repository("scenes/cornell-box/cornell-box.toml");
     let scene = format!("{} --size 48x32 --integrator path", path.display());
@@ -105,9 +105,9 @@ fn the_json_has_what_error_then_takes() {
     let samples = |index: usize| rows[index]["spp"].as_f64().expect("a number");
     // Smaller errors take more samples, none less than independent ones save.
     assert!((1..5).all(|index| samples(index) > samples(index - 1)));
-    let culprits = &report["culprits"];
+    let error_sources = &report["error_sources"];
     let total = |kind: &str| {
-        let all = culprits[kind].as_array().expect("a list");
+        let all = error_sources[kind].as_array().expect("a list");
         all.iter()
             .map(|it| it["variance"].as_f64().expect("a number"))
             .sum::<f64>()
@@ -127,7 +127,7 @@ fn the_json_has_what_error_then_takes() {
 }
 
 #[test]
-fn auto_is_that_of_plan() {
+fn price_and_plan_select_the_same_integrator() {
     let folder = folder();
     let price = priced_as_json(&folder, "small.toml");
     let plan = json(&folder, "plan small.toml --json");
@@ -136,7 +136,7 @@ fn auto_is_that_of_plan() {
 }
 
 #[test]
-fn a_scene_of_one_colour_is_exact() {
+fn constant_scene_is_reported_as_exact() {
     let folder = folder();
     let finished = priced(&folder, "grey.toml --integrator path -q");
     assert!(
@@ -148,7 +148,7 @@ fn a_scene_of_one_colour_is_exact() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_says_what_there_is() {
+fn interrupted_price_reports_the_interruption() {
     let folder = folder();
     let child = command(
         &folder,

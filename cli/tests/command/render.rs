@@ -71,7 +71,7 @@ fn metadata(folder: &SceneFolder, name: &str) -> Vec<(String, String)> {
 }
 
 #[test]
-fn every_format_is_written_and_holds_the_same_picture() {
+fn every_output_format_contains_the_same_image() {
     let folder = small();
     let outputs = ["a.exr", "a.pfm", "a.hdr", "a.png"];
     let finished = succeed(
@@ -104,7 +104,7 @@ fn every_format_is_written_and_holds_the_same_picture() {
 }
 
 #[test]
-fn the_picture_is_named_after_the_scene() {
+fn default_output_is_named_after_the_scene() {
     let folder = small();
     succeed(&folder, "render small.toml --spp 1 --size 5x4");
     assert_eq!(folder.listing(), ["small.png", "small.toml"]);
@@ -113,7 +113,7 @@ fn the_picture_is_named_after_the_scene() {
 }
 
 #[test]
-fn statistics_have_the_names_that_stay() {
+fn statistics_json_has_the_stable_field_names() {
     let folder = small();
     let arguments = "render small.toml --spp 8 --seed 3 -t 1 --json --stats it.json -o it.exr";
     let finished = succeed(&folder, arguments);
@@ -148,7 +148,7 @@ fn statistics_have_the_names_that_stay() {
 }
 
 #[test]
-fn the_last_line_says_what_came_of_it() {
+fn last_line_reports_the_result() {
     let folder = small();
     let finished = succeed(&folder, "render small.toml --spp 8 -o it.exr");
     for words in [
@@ -184,7 +184,7 @@ fn the_last_line_says_what_came_of_it() {
 }
 
 #[test]
-fn an_exr_states_how_it_was_made() {
+fn exr_metadata_records_render_settings() {
     let folder = small();
     render(
         &folder,
@@ -215,7 +215,7 @@ fn an_exr_states_how_it_was_made() {
 }
 
 #[test]
-fn a_bias_is_named() {
+fn biased_settings_are_reported() {
     let folder = small();
     let finished = succeed(
         &folder,
@@ -242,7 +242,7 @@ fn a_bias_is_named() {
 }
 
 #[test]
-fn a_crop_has_the_pixels_of_the_whole_picture() {
+fn crop_pixels_are_bit_identical_to_the_full_image() {
     let folder = small();
     // The light paths of a crop are its own.
     let whole = render(&folder, "--light-paths off");
@@ -258,7 +258,7 @@ fn a_crop_has_the_pixels_of_the_whole_picture() {
 }
 
 #[test]
-fn the_seed_alone_decides() {
+fn image_depends_on_seed_but_not_on_thread_count() {
     let folder = small();
     let base = render(&folder, "--threads 1");
     assert_eq!(render(&folder, "--threads 2"), base);
@@ -266,7 +266,7 @@ fn the_seed_alone_decides() {
 }
 
 #[test]
-fn every_backend_and_precision_sees_the_same_scene() {
+fn images_of_all_backends_and_precisions_agree() {
     let folder = small();
     let base = render(&folder, "--spp 64");
     let info = json(&succeed(&folder, "info --json").stdout);
@@ -289,7 +289,7 @@ fn every_backend_and_precision_sees_the_same_scene() {
 }
 
 #[test]
-fn a_render_by_time_ends() {
+fn time_limited_render_completes() {
     let finished = succeed(&small(), "render small.toml --time 0.3s --json");
     let spp = json(&finished.stdout)["spp"].as_u64().expect("a count");
     assert!(spp >= 1);
@@ -297,7 +297,7 @@ fn a_render_by_time_ends() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_render_keeps_its_samples() {
+fn interrupted_render_writes_its_samples() {
     let folder = small();
     let arguments = "render small.toml --spp 100000000 -o it.exr --json";
     let child = command(&folder, arguments)
@@ -323,7 +323,7 @@ fn an_interrupted_render_keeps_its_samples() {
 }
 
 #[test]
-fn a_replayed_sample_is_the_one_that_was_rendered() {
+fn replayed_sample_matches_the_rendered_pixel() {
     let folder = small();
     for (x, y, integrator) in [
         (4, 3, "path"),
@@ -358,7 +358,7 @@ fn a_replayed_sample_is_the_one_that_was_rendered() {
 }
 
 #[test]
-fn exposure_is_for_the_eye_alone() {
+fn exposure_affects_png_but_not_exr() {
     let folder = small();
     succeed(
         &folder,
@@ -379,36 +379,36 @@ fn exposure_is_for_the_eye_alone() {
 }
 
 #[test]
-fn the_command_explains_itself() {
+fn info_help_man_and_completions_are_printed() {
     let folder = SceneFolder::new::<&str>([]);
-    let says = |arguments: &str, words: &[&str]| {
+    let caption = |arguments: &str, words: &[&str]| {
         let text = succeed(&folder, arguments).stdout;
         for word in words {
             assert!(text.contains(word), "{arguments}: no `{word}` in {text}");
         }
     };
     let version = env!("CARGO_PKG_VERSION");
-    says("info", &[version, "backends", "obvhs", "threads"]);
+    caption("info", &[version, "backends", "obvhs", "threads"]);
     let info = json(&succeed(&folder, "info --json").stdout);
     assert_eq!(info["version"], version);
     assert!(info["threads"].as_u64().is_some_and(|threads| threads >= 1));
-    says("--help", &["render", "info", "completions", "man"]);
-    says("--version", &[version]);
-    says(
+    caption("--help", &["render", "info", "completions", "man"]);
+    caption("--version", &[version]);
+    caption(
         "render --help",
         &["--spp", "--crop", "--pixel", "--max-bounces"],
     );
-    says("completions bash", &["_etendue", "--max-bounces"]);
-    says("completions zsh", &["#compdef etendue", "--max-bounces"]);
-    says("completions fish", &["complete -c etendue", "max-bounces"]);
-    says("man", &[".TH", "etendue", "render"]);
-    says("man render", &[".TH", "max\\-bounces"]);
+    caption("completions bash", &["_etendue", "--max-bounces"]);
+    caption("completions zsh", &["#compdef etendue", "--max-bounces"]);
+    caption("completions fish", &["complete -c etendue", "max-bounces"]);
+    caption("man", &[".TH", "etendue", "render"]);
+    caption("man render", &[".TH", "max\\-bounces"]);
     assert_eq!(run(&folder, "").code, 2);
     assert!(folder.listing().is_empty());
 }
 
 #[test]
-fn a_replay_names_shapes_of_instances_and_those_that_move() {
+fn replay_names_instanced_and_moving_shapes() {
     let folder = SceneFolder::new([("placed.toml", PLACED)]);
     // The instances cover the left and the right third of the image, the moving disk the middle.
     for (x, name) in [(2, "placed"), (15, "moving"), (27, "placed")] {
@@ -456,7 +456,7 @@ transform = [{ translate = [2.5, 0, 0.2] }]
 "#;
 
 #[test]
-fn the_replay_of_a_sample_that_is_not_finite_has_the_flags_of_its_render() {
+fn non_finite_warning_prints_replay_command_with_render_flags() {
     let folder = SceneFolder::new([("bright.toml", TOO_BRIGHT)]);
     let flags =
         "--size 5x4 --spp 2 --sampler stratified --max-bounces 3 --precision fast --quality high";
@@ -479,3 +479,58 @@ radiance = 3e38
 type = "environment"
 radiance = 3e38
 "#;
+
+#[test]
+fn each_sampling_strategy_is_written_as_an_image() {
+    let folder = small();
+    for (flags, files) in [
+        (
+            "--integrator path --light-paths 1",
+            vec!["s0-weighted.exr", "s1-weighted.exr", "t1-weighted.exr"],
+        ),
+        (
+            "--integrator bdpt --max-bounces 1",
+            vec!["s1-t2.exr", "s1-t2-weighted.exr"],
+        ),
+    ] {
+        let flags = format!("render small.toml -q -o it.exr --spp 4 {flags}");
+        succeed(&folder, &format!("{flags} --bdpt-strategies ways"));
+        for file in files {
+            let image = read(&folder, &format!("ways/{file}"));
+            assert_eq!(image.width(), read(&folder, "it.exr").width(), "{file}");
+        }
+    }
+}
+
+#[test]
+fn default_output_keeps_dots_of_the_scene_name() {
+    let folder = SceneFolder::new([("room.v2.toml", SMALL)]);
+    succeed(&folder, "render room.v2.toml -q --spp 1");
+    assert_eq!(read(&folder, "room.v2.png").width(), 24);
+    succeed(&folder, "convert room.v2.toml -q -o room.v3.toml");
+    succeed(&folder, "render room.v3.toml -q --spp 1");
+    assert_eq!(read(&folder, "room.v3.png").width(), 24);
+}
+
+/// `nohup` has its command ignore that the terminal has gone.
+#[cfg(unix)]
+#[test]
+fn hangup_does_not_interrupt_under_nohup() {
+    let folder = small();
+    let render = command(&folder, "render small.toml -q --time 1s -o it.png");
+    let mut shell = std::process::Command::new("sh");
+    shell
+        .args(["-c", "trap '' HUP; exec \"$0\" \"$@\""])
+        .arg(render.get_program())
+        .args(render.get_args())
+        .current_dir(folder.root());
+    let mut child = shell.spawn().expect("it starts");
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let pid = child.id().to_string();
+    let asked = std::process::Command::new("kill")
+        .args(["-HUP", &pid])
+        .status();
+    assert!(asked.expect("kill runs").success());
+    assert!(child.wait().expect("it ends").success());
+    assert_eq!(read(&folder, "it.png").width(), 24);
+}

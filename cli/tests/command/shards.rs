@@ -28,7 +28,7 @@ fn shards(folder: &SceneFolder, of: u64, flags: &str) -> String {
 }
 
 #[test]
-fn merged_shards_are_the_image_of_one_render_with_its_layers() {
+fn merged_shards_are_bit_identical_to_a_single_render() {
     let folder = small();
     let flags = "--spp 32 --layers --integrator bdpt";
     succeed(
@@ -74,7 +74,7 @@ fn merged_shards_are_the_image_of_one_render_with_its_layers() {
 }
 
 #[test]
-fn merge_names_what_is_missing_and_what_is_doubled() {
+fn merge_reports_missing_and_duplicate_samples() {
     let folder = small();
     shards(&folder, 4, "--spp 64");
     let two = "merge part-0.etd part-2.etd -o it.exr";
@@ -105,7 +105,7 @@ fn merge_names_what_is_missing_and_what_is_doubled() {
 }
 
 #[test]
-fn merge_says_how_many_samples_an_error_still_takes() {
+fn merge_reports_spp_needed_for_the_target_error() {
     let matte = "type = \"diffuse\"\nreflectance = 0.5";
     let scene = SMALL
         .replace("type = \"dielectric\"", matte)
@@ -136,7 +136,7 @@ fn merge_says_how_many_samples_an_error_still_takes() {
 }
 
 #[test]
-fn invalid_shards_and_files_are_refused() {
+fn invalid_shards_and_files_are_rejected() {
     let folder = small();
     let shard = |flags: &str| format!("render small.toml -o part.etd {flags}");
     for (flags, word) in [

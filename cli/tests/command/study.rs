@@ -27,7 +27,7 @@ fn studied(folder: &SceneFolder, arguments: &str, lacks: impl Fn(&Value) -> bool
 }
 
 /// Checks that a page has no external resources, no scripts, and no NaN or infinity.
-fn stands_alone(page: &str) {
+fn assert_self_contained(page: &str) {
     assert!(page.ends_with("</html>"), "{page}");
     let mut text = String::new();
     for (index, part) in page.split("src=\"").enumerate() {
@@ -50,7 +50,7 @@ fn stands_alone(page: &str) {
 }
 
 #[test]
-fn requests_that_make_no_sense() {
+fn invalid_study_arguments_are_rejected() {
     let folder = SceneFolder::new([
         ("small.toml", SMALL.to_owned()),
         ("bad.toml", format!("{HEAD}[[shape]]\n")),
@@ -113,7 +113,7 @@ fn requests_that_make_no_sense() {
 }
 
 #[test]
-fn a_study_is_printed_and_written_in_three_forms() {
+fn study_is_printed_and_written_in_every_format() {
     let folder = small();
     let finished = studied(
         &folder,
@@ -175,7 +175,7 @@ fn a_study_is_printed_and_written_in_three_forms() {
     let csv = read(&folder, "out/study.csv");
     assert_eq!(csv.lines().count(), runs + 1);
     let page = read(&folder, "out/study.html");
-    stands_alone(&page);
+    assert_self_contained(&page);
     for expected in [
         "<svg",
         "What accuracy costs",
@@ -189,7 +189,7 @@ fn a_study_is_printed_and_written_in_three_forms() {
 }
 
 #[test]
-fn json_is_printed_where_it_is_asked_for_and_nothing_else_is() {
+fn json_is_the_only_output_when_requested() {
     let folder = small();
     let finished = studied(&folder, "small.toml --size 8x6 --json -q", |_| false);
     assert_eq!(finished.stderr, "");
@@ -210,7 +210,7 @@ fn json_is_printed_where_it_is_asked_for_and_nothing_else_is() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_leaves_a_report_that_says_so() {
+fn interrupted_study_writes_an_incomplete_report() {
     let folder = small();
     let child = command(
         &folder,
@@ -227,7 +227,7 @@ fn ctrl_c_leaves_a_report_that_says_so() {
     let report = json(&read(&folder, "out/study.json"));
     assert_eq!(report["complete"], false);
     let page = read(&folder, "out/study.html");
-    stands_alone(&page);
+    assert_self_contained(&page);
     assert!(page.contains("was interrupted"));
     // No file is left partially written.
     let names = std::fs::read_dir(folder.path("out")).expect("a folder");
@@ -237,7 +237,7 @@ fn ctrl_c_leaves_a_report_that_says_so() {
 }
 
 #[test]
-fn help_says_what_can_be_varied() {
+fn help_lists_the_variable_settings() {
     let finished = run(&small(), "study --help");
     assert_eq!(finished.code, 0);
     for word in ["integrator", "max-bounces", "--budget", "study.html"] {
@@ -246,7 +246,7 @@ fn help_says_what_can_be_varied() {
 }
 
 #[test]
-fn times_are_predicted_for_other_threads_and_bad_numbers_are_refused() {
+fn times_are_predicted_for_another_thread_count() {
     let folder = small();
     fails(
         &folder,
@@ -273,7 +273,7 @@ fn times_are_predicted_for_other_threads_and_bad_numbers_are_refused() {
 }
 
 #[test]
-fn a_scene_of_one_colour_is_exact() {
+fn constant_scene_is_reported_as_noise_free() {
     let grey =
         format!("{HEAD}[film]\nsize = [8, 8]\n[[light]]\ntype = \"environment\"\nradiance = 0.5\n");
     let folder = SceneFolder::new([("grey.toml", grey)]);
@@ -283,5 +283,5 @@ fn a_scene_of_one_colour_is_exact() {
         "{}",
         finished.stdout
     );
-    stands_alone(&read(&folder, "out/study.html"));
+    assert_self_contained(&read(&folder, "out/study.html"));
 }

@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn a_right_number_passes_and_a_wrong_one_fails() {
+    fn correct_claims_pass_and_wrong_claims_fail() {
         assert_eq!(verdict(Claim::mean(1.0, 2e-3)), Verdict::Passed);
         assert_eq!(verdict(Claim::mean(1.01, 2e-3)), Verdict::Failed);
         assert_eq!(verdict(Claim::mean(0.99, 2e-3)), Verdict::Failed);
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_that_hides_the_answer_is_inconclusive() {
+    fn excessive_noise_or_too_few_samples_are_inconclusive() {
         assert_eq!(verdict(Claim::mean(1.0, 1e-4)), Verdict::Inconclusive);
         let few = &numbers()[..15];
         let claim = Claim::mean(1.0, 1.0);
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn without_noise_every_number_counts() {
+    fn noise_free_claim_fails_if_any_value_is_off() {
         assert_eq!(verdict(Claim::without_noise(1.0, 5e-3)), Verdict::Passed);
         let judged = Claim::without_noise(1.0, 1e-3).judge(&[1.0, 0.5, 1.1]);
         assert_eq!((judged.ours, judged.verdict), (0.5, Verdict::Failed));
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_fails() {
+    fn any_nan_sample_fails_the_claim() {
         for at in 0..16 {
             let mut numbers = numbers();
             numbers[at] = f64::NAN;

@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_formulas_give_the_numbers_of_the_catalogue() {
+    fn closed_forms_match_catalogue_values() {
         let middle = |h| 4.0 * parallel_rectangle(1.0, 1.0, h);
         let square = |z: f64| {
             let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)];
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn rectangles_below_a_point_share_out_the_lower_half_of_what_it_sees() {
+    fn rectangle_solid_angles_tile_hemisphere_and_match_cube_face() {
         let strip = |y| rectangle_below([-1e6, 1e6], y, 0.5);
         let all = [[-1e6, -0.25], [-0.25, 0.5], [0.5, 1e6]].map(strip);
         assert!(
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn the_texels_of_a_panorama_share_out_the_sphere() {
+    fn environment_map_texel_solid_angles_sum_to_4_pi() {
         let sum: f64 = (0..32).map(|row| 64.0 * bright_texel(row, 64, 32)).sum();
         assert!((sum / (4.0 * PI) - 1.0).abs() < 1e-12, "{sum}");
     }

@@ -126,8 +126,8 @@ fn filled(
     };
     let filter = Filter::new(&description.film.filter);
     let scene = ready(trial, description)?;
-    let go_on = |_, _| !trial.is_cancelled();
-    let (cache, _) = cache_prepass(&scene, &filter, &settings, &go_on);
+    let keep_going = |_, _| !trial.is_cancelled();
+    let (cache, _) = cache_prepass(&scene, &filter, &settings, &keep_going);
     let cache = cache.expect("it is the integrator's");
     Ok(Filled { scene, cache })
 }

@@ -34,16 +34,20 @@ pub struct Subject {
     /// Name of the subject.
     pub name: &'static str,
     /// A sentence on what is measured.
-    pub says: &'static str,
+    pub caption: &'static str,
     cases: fn(Effort) -> Vec<Case>,
 }
 
 const fn subject(
     name: &'static str,
-    says: &'static str,
+    caption: &'static str,
     cases: fn(Effort) -> Vec<Case>,
 ) -> Subject {
-    Subject { name, says, cases }
+    Subject {
+        name,
+        caption,
+        cases,
+    }
 }
 
 /// Every subject, in the order of the report.
@@ -89,7 +93,7 @@ pub const SUBJECTS: [Subject; 13] = [
         geometry::cases,
     ),
     subject(
-        "The same picture",
+        "The same image",
         "Number of pixels of a small image that differ from the expected bits.",
         pictures::cases,
     ),

@@ -206,7 +206,7 @@ fn plain_pictures(effort: Effort) -> Vec<Case> {
             max_bounces: Some(0),
             roulette: Roulette::None,
         };
-        let name = format!("plain picture of 0.1 at 2^{exponent} samples a pixel");
+        let name = format!("plain image of 0.1 at 2^{exponent} samples a pixel");
         let claim = Claim::without_noise(f64::from(0.1_f32), 1e-9);
         let measure = move |trial: &super::case::Trial<'_>| see_exactly(trial, &scene, look);
         let cost = f64::exp2(f64::from(exponent) - 21.0);

@@ -73,7 +73,7 @@ pub fn builds(
                 nodes: accel.nodes(),
             });
             drop(accel);
-            if !stage.go_on((round * pairs.len() + index + 1) as f64 / all) {
+            if !stage.advance((round * pairs.len() + index + 1) as f64 / all) {
                 return Ok(None);
             }
         }

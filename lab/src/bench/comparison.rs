@@ -44,7 +44,7 @@ pub fn compare_all(
         }
         compared += rays.len();
         stage
-            .go_on(compared as f64 / count as f64)
+            .advance(compared as f64 / count as f64)
             .then_some(compared)
     };
     let of_each = count / 2 / RayKind::ALL.len();

@@ -45,14 +45,14 @@ impl<'a> Meter<'a> {
             begin,
             seconds,
         };
-        stage.go_on(0.0);
+        stage.advance(0.0);
         stage
     }
 }
 
 impl ProgressStage<'_> {
     /// Reports the completed fraction of the stage; returns `false` if the bench was cancelled.
-    pub fn go_on(&self, share: f64) -> bool {
+    pub fn advance(&self, share: f64) -> bool {
         let fraction = (self.begin + self.seconds * share) / self.total;
         self.observer.progress(fraction.min(1.0), &self.what);
         !self.observer.is_cancelled()

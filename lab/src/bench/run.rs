@@ -23,8 +23,10 @@ use super::work::{self, Work};
 use etendue::Result;
 use etendue::internals::accel::Accel;
 use etendue::internals::film::filter::{Filter, FilterSampling};
+use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::integrator::observer::RayKind;
-use etendue::internals::render::settings::RenderSettings;
+use etendue::internals::integrator::reuse::Reuse;
+use etendue::internals::render::settings::{LightPathRule, RenderSettings, ReuseRule};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::prepare::prepare;
@@ -74,6 +76,18 @@ struct Bench<'a> {
     pool: ThreadPool,
     meter: Meter<'a>,
     report: BenchReport,
+}
+
+/// The settings of a render all of whose rays an observer sees: each path is of one sample and begins at the camera, and no
+/// pilot chooses what the recorded render does not have.
+fn observed_settings(description: &SceneDescription) -> Result<RenderSettings> {
+    Ok(RenderSettings {
+        filter_sampling: FilterSampling::Importance,
+        has_window_pilot: false,
+        light_paths: LightPathRule::Share(LightPathShare::None),
+        reuse: ReuseRule::Pixels(Reuse::Off),
+        ..RenderSettings::of_scene(description)?.by_name()
+    })
 }
 
 /// A prepared scene with all acceleration structures that are compared.
@@ -133,7 +147,7 @@ impl Bench<'_> {
             agreement: vec![],
             overhead: None,
         });
-        if !stage.go_on(1.0) {
+        if !stage.advance(1.0) {
             return Ok(None);
         }
 
@@ -172,10 +186,7 @@ impl Bench<'_> {
             scene: prepared.scene,
             filter: Filter::new(&description.film.filter),
             size: description.film.size,
-            settings: RenderSettings {
-                filter_sampling: FilterSampling::Importance,
-                ..RenderSettings::of_scene(description)?.by_name()
-            },
+            settings: observed_settings(description)?,
             target,
             accels: vec![],
             load: given.load + (seconds - build).as_secs_f64(),
@@ -311,7 +322,7 @@ impl Bench<'_> {
                 }
                 done += 1.0;
                 self.publish();
-                if !stage.go_on(done / all) {
+                if !stage.advance(done / all) {
                     return Ok(None);
                 }
             }

@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_place_is_visited_once_and_the_first_visits_are_spread() {
+    fn stride_visits_every_index_once_and_spreads_early_visits() {
         for count in [1, 2, 3, 12, 384, 1000] {
             let stride = even_stride(count);
             let mut visits: Vec<usize> = (0..count).map(|i| i * stride % count).collect();

@@ -55,7 +55,7 @@ pub fn trace(
                 all.push(time);
             }
         }
-        if !stage.go_on((round + 1) as f64 / (rounds + 1) as f64) {
+        if !stage.advance((round + 1) as f64 / (rounds + 1) as f64) {
             return None;
         }
     }
@@ -150,7 +150,7 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     #[test]
-    fn every_ray_is_worked_on_once_and_one_block_a_thread_beforehand() {
+    fn every_ray_is_traced_once_plus_one_warmup_block_per_thread() {
         let mut rays = RayBatch::default();
         for i in 0..5000_u16 {
             rays.push(&Ray::new(Vec3::splat(f32::from(i)), Vec3::X), 0.0);

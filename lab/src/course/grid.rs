@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_grid_is_the_finest_that_is_paid_for() {
+    fn grid_is_the_finest_within_the_call_budget() {
         for dimension in 1..=12 {
             for m in 2_usize..=if dimension < 7 { 20 } else { 5 } {
                 let all = m.pow(dimension);
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sum_meets_every_place_once() {
+    fn grid_sum_visits_every_cell_once() {
         let grid = Grid::of_calls(27, 3, 2).expect("three along each axis");
         let mut seen = vec![0; 27];
         let sum = grid.sum(|place| {

@@ -7,7 +7,7 @@
 
 use super::lesson_scene::{LessonScene, Light};
 use super::number::{Number, Technique};
-use super::page::{Finding, Formula, Page, Picture};
+use super::page::{Figure, Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use crate::bench::cornell_box::cornell_box;
 use crate::plot::{Axis, Mark, Plot, Series, Shape};
@@ -256,7 +256,7 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
     Ok(before
         .into_iter()
         .chain(tables)
-        .chain([pictures(lesson)?])
+        .chain([figures(lesson)?])
         .collect())
 }
 
@@ -274,7 +274,7 @@ fn deviations(series: Vec<Series>) -> Plot {
     }
 }
 
-fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
+fn figures(lesson: &Lesson<'_>) -> Result<Finding> {
     let scene = LessonScene::new(lesson, cornell_box(), (160, 160))?;
     let seconds = (SECONDS * lesson.settings.effort).max(0.05);
     let budget = Budget::time(Duration::from_secs_f64(seconds));
@@ -283,7 +283,7 @@ fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
         (IntegratorKind::DirectArea, "by points on the lamp"),
         (IntegratorKind::Path, "both, weighted"),
     ];
-    let mut pictures = Vec::new();
+    let mut figures = Vec::new();
     for (index, (integrator, name)) in all.into_iter().enumerate() {
         let rendered = scene.render(
             integrator,
@@ -291,19 +291,19 @@ fn pictures(lesson: &Lesson<'_>) -> Result<Finding> {
             lesson.seed("picture", index),
             Light::Direct,
         )?;
-        pictures.push(Picture {
+        figures.push(Figure {
             name: name.to_owned(),
-            says: format!("`{}`, {} samples a pixel", integrator.name(), rendered.spp),
+            caption: format!("`{}`, {} samples a pixel", integrator.name(), rendered.spp),
             image: rendered.film.develop(),
         });
         lesson.progress(0.6 + 0.13 * (index as f64 + 1.0));
     }
-    Ok(Finding::Pictures {
+    Ok(Finding::Figures {
         title: "Direct light of the Cornell box, at equal time".to_owned(),
         reading: format!(
             "{seconds} seconds each. The lamp is small: only a few percent of all directions hit \
              it. The ceiling beside the lamp receives nothing, as the lamp emits downwards."
         ),
-        pictures,
+        figures,
     })
 }

@@ -88,7 +88,7 @@ mod tests {
     use crate::lesson::topic::{Settings, Unwatched};
 
     #[test]
-    fn the_slope_is_that_of_the_power_law() {
+    fn error_curve_slope_matches_the_known_power_law() {
         let lesson = Lesson::new("test", Settings::default(), &Unwatched);
         let curve = ErrorCurve::measure(
             &lesson,

@@ -6,7 +6,7 @@
 
 use super::lesson_scene::{LessonScene, Light};
 use super::number::{Number, Technique};
-use super::page::{Finding, Formula, Page, Picture};
+use super::page::{Figure, Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use crate::bench::cornell_box::cornell_box;
 use crate::plot::{Axis, Mark, Plot, Series, Shape};
@@ -123,7 +123,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 /// The results of one integrator.
 struct Rung {
     kind: IntegratorKind,
-    says: &'static str,
+    caption: &'static str,
     /// Mean luminances of the images, one for each seed.
     luminances: Moments,
     /// For each number of samples: mean seconds and root of the mean squared error.
@@ -132,8 +132,8 @@ struct Rung {
     variances: Vec<f64>,
     /// Seconds per sample of a pixel.
     costs: Vec<f64>,
-    picture: Image,
-    picture_spp: u64,
+    figure: Image,
+    figure_spp: u64,
 }
 
 struct Reference {
@@ -176,7 +176,7 @@ fn climb(
     lesson: &Lesson<'_>,
     scene: &LessonScene<'_>,
     reference: &Reference,
-    (kind, says): (IntegratorKind, &'static str),
+    (kind, caption): (IntegratorKind, &'static str),
 ) -> Result<Rung> {
     let mut luminances = Moments::default();
     let (mut errors, mut variances, mut costs) = (Vec::new(), Vec::new(), Vec::new());
@@ -204,13 +204,13 @@ fn climb(
     let rendered = scene.render(kind, time, lesson.seed("picture", 0), Light::Whole)?;
     Ok(Rung {
         kind,
-        says,
+        caption,
         luminances,
         errors,
         variances,
         costs,
-        picture: rendered.film.develop(),
-        picture_spp: rendered.spp,
+        figure: rendered.film.develop(),
+        figure_spp: rendered.spp,
     })
 }
 
@@ -243,11 +243,11 @@ impl Rung {
         }
     }
 
-    fn picture(&self) -> Picture {
-        Picture {
+    fn figure(&self) -> Figure {
+        Figure {
             name: self.kind.name().to_owned(),
-            says: format!("{}; {} samples per pixel", self.says, self.picture_spp),
-            image: self.picture.clone(),
+            caption: format!("{}; {} samples per pixel", self.caption, self.figure_spp),
+            image: self.figure.clone(),
         }
     }
 }
@@ -260,10 +260,10 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
         rungs.push(climb(lesson, &scene, &reference, rung)?);
         lesson.progress(0.15 + 0.85 * (index as f64 + 1.0) / RUNGS.len() as f64);
     }
-    let mut pictures: Vec<Picture> = rungs.iter().map(Rung::picture).collect();
-    pictures.push(Picture {
+    let mut figures: Vec<Figure> = rungs.iter().map(Rung::figure).collect();
+    figures.push(Figure {
         name: "reference".to_owned(),
-        says: format!(
+        caption: format!(
             "{} samples per pixel by `path`",
             REFERENCES * lesson.samples(REFERENCE_SPP)
         ),
@@ -271,13 +271,13 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
     });
     let seconds = SECONDS * lesson.settings.effort;
     Ok(vec![
-        Finding::Pictures {
+        Finding::Figures {
             title: "At equal time".to_owned(),
             reading: format!("{seconds} seconds each. They differ only in noise."),
-            pictures,
+            figures,
         },
         Finding::Techniques {
-            reading: "Variance is that of one sample of a pixel, the mean over the picture, of \
+            reading: "Variance is that of one sample of a pixel, the mean over the image, of \
                       the squared distance from the reference; T is the time of such a sample. \
                       The efficiency is the median over the seeds, with the least and the \
                       greatest; it depends on the machine, its ratio to the first much less."

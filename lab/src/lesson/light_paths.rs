@@ -7,7 +7,7 @@
 
 use super::mirrored_lamp::{Pixel, Strategy};
 use super::number::{Number, Technique};
-use super::page::{Finding, Formula, Page, Picture};
+use super::page::{Figure, Finding, Formula, Page};
 use super::topic::{Lesson, Samples, Topic};
 use crate::plot::{Axis, Mark, Plot, Series, Shape};
 use etendue::Result;
@@ -139,12 +139,12 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
                 .to_owned(),
             techniques: sampled.iter().map(technique).collect(),
         },
-        Finding::Pictures {
+        Finding::Figures {
             title: "One camera path per pixel".to_owned(),
             reading: "The floor from x = −1.5 to the mirror; each row of the image is another run. To the \
                       right is the caustic, which scattering finds in few bright pixels."
                 .to_owned(),
-            pictures: pictures(lesson),
+            figures: figures(lesson),
         },
         Finding::Plots {
             plots: vec![variances(lesson), shares()],
@@ -204,17 +204,17 @@ fn numbers(
 }
 
 /// Rows of the floor from one camera path per pixel, and the exact light.
-fn pictures(lesson: &Lesson<'_>) -> Vec<Picture> {
+fn figures(lesson: &Lesson<'_>) -> Vec<Figure> {
     const HEIGHT: usize = 96;
-    let picture = |name: &str, says: &str, values: Vec<f64>| {
+    let figure = |name: &str, caption: &str, values: Vec<f64>| {
         let pixels = values.into_iter().map(|e| Rgb::grey(1.4 * e as f32));
-        Picture {
+        Figure {
             name: name.to_owned(),
-            says: says.to_owned(),
+            caption: caption.to_owned(),
             image: Image::new(PIXELS as u32, HEIGHT as u32, pixels.collect()),
         }
     };
-    let mut pictures = Vec::new();
+    let mut figures = Vec::new();
     for (name, used) in techniques() {
         let row = (0..PIXELS).map(|index| pixel(index, LAMP, &used));
         let row: Vec<Pixel> = row.collect();
@@ -226,12 +226,12 @@ fn pictures(lesson: &Lesson<'_>) -> Vec<Picture> {
         let mut values = rows.concat();
         // A cancelled lesson has fewer rows, and is discarded.
         values.resize(PIXELS * HEIGHT, 0.0);
-        pictures.push(picture(name, "one camera path per pixel", values));
+        figures.push(figure(name, "one camera path per pixel", values));
     }
     let row = (0..PIXELS).map(|index| pixel(index, LAMP, &Strategy::ALL).light());
     let row: Vec<f64> = row.collect();
-    pictures.push(picture("exact", "by quadrature", row.repeat(HEIGHT)));
-    pictures
+    figures.push(figure("exact", "by quadrature", row.repeat(HEIGHT)));
+    figures
 }
 
 /// The variance in the caustic over the width of the lamp.

@@ -6,7 +6,7 @@
 //! `lab/tests/reports/lesson.rs`.
 
 use super::number::{Number, Technique};
-use super::page::{Finding, Formula, Page, Picture};
+use super::page::{Figure, Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use super::uniform::Uniform;
 use crate::plot::{Axis, Mark, Plot, Series, Shape};
@@ -237,10 +237,10 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             ),
             techniques,
         },
-        Finding::Pictures {
+        Finding::Figures {
             title: "One shadow ray per pixel".to_owned(),
             reading: format!("A floor under {} lamps. Only the choice differs.", MANY[2]),
-            pictures: pictures(lesson),
+            figures: figures(lesson),
         },
         Finding::Plots {
             plots: vec![variances(lesson)],
@@ -249,7 +249,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
 }
 
 /// The floor under some lamps, from one lamp per pixel and from all.
-fn pictures(lesson: &Lesson<'_>) -> Vec<Picture> {
+fn figures(lesson: &Lesson<'_>) -> Vec<Figure> {
     let lamps = Lamps::new(lesson, MANY[2]);
     let at = |i: usize| {
         let [x, y] = [i as u32 % PIXELS, i as u32 / PIXELS];
@@ -259,24 +259,24 @@ fn pictures(lesson: &Lesson<'_>) -> Vec<Picture> {
     let count = (PIXELS * PIXELS) as usize;
     let exact: Vec<f64> = (0..count).map(|i| lamps.irradiance(&at(i))).collect();
     let exposure = 0.2 * count as f64 / exact.iter().sum::<f64>();
-    let picture = |name: &str, says: &str, values: &[f64]| {
+    let figure = |name: &str, caption: &str, values: &[f64]| {
         let pixels = values.iter().map(|e| Rgb::grey((exposure * e) as f32));
-        Picture {
+        Figure {
             name: name.to_owned(),
-            says: says.to_owned(),
+            caption: caption.to_owned(),
             image: Image::new(PIXELS, PIXELS, pixels.collect()),
         }
     };
-    let mut pictures = Vec::new();
+    let mut figures = Vec::new();
     for rule in RULES {
         let mut uniform = lesson.uniform(&format!("picture {}", rule.name()), 0);
         let values: Vec<f64> = (0..count)
             .map(|i| lamps.estimate(rule, &at(i), &mut uniform))
             .collect();
-        pictures.push(picture(rule.name(), "one lamp per pixel", &values));
+        figures.push(figure(rule.name(), "one lamp per pixel", &values));
     }
-    pictures.push(picture("all", "the sum over all lamps", &exact));
-    pictures
+    figures.push(figure("all", "the sum over all lamps", &exact));
+    figures
 }
 
 /// The relative standard deviation of the choice over the number of lamps.

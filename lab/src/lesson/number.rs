@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn verdicts_tell_wrong_from_unknown() {
+    fn verdict_distinguishes_failed_from_inconclusive() {
         let verdict = |ours, error| Number::new("it", 2.0, ours, error, 0.01).verdict;
         assert_eq!(verdict(2.05, 0.01), Verdict::Passed);
         assert_eq!(verdict(2.06, 0.01), Verdict::Failed);
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn efficiency_is_one_over_variance_and_cost() {
+    fn efficiency_is_inverse_of_variance_times_cost() {
         let samples = Moments::of([1.0, 3.0]);
         assert_eq!(Technique::new("it", &samples, 0.25).efficiency, 2.0);
         let constant = Moments::of([1.0, 1.0]);

@@ -38,16 +38,16 @@ pub struct Formula {
     /// The formula in LaTeX.
     pub latex: String,
     /// The explanation.
-    pub says: String,
+    pub caption: String,
 }
 
 impl Formula {
     /// A formula with its explanation. Line breaks in the formula do not matter.
-    pub fn new(latex: &str, says: impl Into<String>) -> Self {
+    pub fn new(latex: &str, caption: impl Into<String>) -> Self {
         let words: Vec<&str> = latex.split_whitespace().collect();
         Self {
             latex: words.join(" "),
-            says: says.into(),
+            caption: caption.into(),
         }
     }
 }
@@ -76,23 +76,23 @@ pub enum Finding {
         plots: Vec<Plot>,
     },
     /// Images to be shown side by side.
-    Pictures {
+    Figures {
         /// The title.
         title: String,
         /// Text on how to read them.
         reading: String,
         /// The images.
-        pictures: Vec<Picture>,
+        figures: Vec<Figure>,
     },
 }
 
 /// An image with its name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Picture {
+pub struct Figure {
     /// The name of the image.
     pub name: String,
     /// A description, such as its number of samples and its error.
-    pub says: String,
+    pub caption: String,
     /// The image itself; serialised as its size only.
     #[serde(serialize_with = "size")]
     pub image: Image,

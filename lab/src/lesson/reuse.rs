@@ -6,7 +6,7 @@
 //! `lab/tests/reports/lesson.rs`.
 
 use super::number::{Number, Technique};
-use super::page::{Finding, Formula, Page, Picture};
+use super::page::{Figure, Finding, Formula, Page};
 use super::shared_floor::{Counted, Floor, PIXELS, WALL, irradiance};
 use super::topic::{Lesson, Samples, Topic};
 use crate::plot::{Axis, Mark, Plot, Series, Shape};
@@ -127,13 +127,13 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             ),
             techniques: sampled.iter().map(technique).collect(),
         },
-        Finding::Pictures {
+        Finding::Figures {
             title: "One path per pixel".to_owned(),
             reading: "The floor from x = −3 to 3; each row of the image is another run. The noise of \
                       a group is alike: it is less, but coarser. The renderer interleaves groups, so \
                       that adjacent pixels belong to different ones."
                 .to_owned(),
-            pictures: pictures(lesson),
+            figures: figures(lesson),
         },
         Finding::Plots {
             plots: vec![gains(lesson), means()],
@@ -186,20 +186,20 @@ fn numbers(lesson: &Lesson<'_>, sampled: &[(usize, [Samples; 2])]) -> Vec<Number
 }
 
 /// Rows of the floor from one path per pixel, and the closed form.
-fn pictures(lesson: &Lesson<'_>) -> Vec<Picture> {
+fn figures(lesson: &Lesson<'_>) -> Vec<Figure> {
     const WIDTH: usize = 12 * PIXELS;
     const HEIGHT: usize = 96;
     let spacing = 6.0 / WIDTH as f64;
     let centre = |group: usize| -3.0 + spacing * (PIXELS as f64 * (group as f64 + 0.5));
-    let picture = |name: String, says: &str, values: Vec<f64>| {
+    let figure = |name: String, caption: &str, values: Vec<f64>| {
         let pixels = values.into_iter().map(|e| Rgb::grey(0.7 * e as f32));
-        Picture {
+        Figure {
             name,
-            says: says.to_owned(),
+            caption: caption.to_owned(),
             image: Image::new(WIDTH as u32, HEIGHT as u32, pixels.collect()),
         }
     };
-    let mut pictures = Vec::new();
+    let mut figures = Vec::new();
     for group in [1, 4, PIXELS] {
         let floors =
             (0..WIDTH / PIXELS).map(|strip| Floor::new(centre(strip), spacing, group, WALL));
@@ -211,16 +211,16 @@ fn pictures(lesson: &Lesson<'_>) -> Vec<Picture> {
                 .flat_map(|floor| floor.estimates(Counted::Seeing, &mut uniform));
             row.collect::<Vec<f64>>()
         });
-        pictures.push(picture(name(group), "one path per pixel", values.collect()));
+        figures.push(figure(name(group), "one path per pixel", values.collect()));
     }
     let row = (0..WIDTH).map(|x| irradiance(-3.0 + spacing * (x as f64 + 0.5)));
     let row: Vec<f64> = row.collect();
-    pictures.push(picture(
+    figures.push(figure(
         "exact".to_owned(),
         "the closed form",
         row.repeat(HEIGHT),
     ));
-    pictures
+    figures
 }
 
 /// The gain in variance over the distance between pixels, far from any wall.
@@ -273,7 +273,7 @@ fn means() -> Plot {
         title: "Noise of the mean over neighbouring pixels".to_owned(),
         reading:
             "Averaging neighbours removes independent noise. Shared noise stays, since it is the \
-                  same; over the whole group both are equal. So a picture seen from afar has gained \
+                  same; over the whole group both are equal. So an image seen from afar has gained \
                   nothing, and a noise filter less than the pixels have."
                 .to_owned(),
         shape: Shape::Wide,

@@ -113,8 +113,8 @@ impl<'a> Lesson<'a> {
         run: impl Fn(&mut Uniform) -> T + Sync,
     ) -> Vec<T> {
         let once = |index| {
-            let go_on = !self.observer.is_cancelled();
-            go_on.then(|| run(&mut self.uniform(experiment, index)))
+            let keep_going = !self.observer.is_cancelled();
+            keep_going.then(|| run(&mut self.uniform(experiment, index)))
         };
         let all: Vec<Option<T>> = (0..count).into_par_iter().map(once).collect();
         all.into_iter().flatten().collect()

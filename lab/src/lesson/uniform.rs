@@ -51,7 +51,7 @@ mod tests {
     use etendue::internals::math::stats::Moments;
 
     #[test]
-    fn numbers_are_uniform_and_streams_differ() {
+    fn uniform_mean_and_variance_match_and_seeds_differ() {
         let mut uniform = Uniform::new(seed_of(0, ["a", "b"], 3));
         let numbers = Moments::of((0..1 << 20).map(|_| uniform.double()));
         // Four standard errors of a mean of variance 1/12, and of a variance of variance 1/180.

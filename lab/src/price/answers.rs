@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_rendered_is_measured_and_more_is_foreseen() {
+    fn time_is_measured_within_rendered_spp_and_extrapolated_beyond() {
         let looks = looks();
         let facts = facts(&looks, None);
         let [ten, one] = [0.1, 0.01].map(|error| facts.row(error));
@@ -173,14 +173,14 @@ mod tests {
     }
 
     #[test]
-    fn a_large_error_is_reached_by_the_shortest_render() {
+    fn large_error_is_reached_by_the_shortest_render() {
         let looks = looks();
         let row = facts(&looks, None).row(0.4);
         assert_eq!((row.spp, row.time), (Some(24.0), Answer::AtOnce(12.0)));
     }
 
     #[test]
-    fn where_there_is_doubt_nothing_is_foreseen() {
+    fn doubt_makes_extrapolated_times_unknown() {
         let looks = looks();
         let facts = facts(&looks, Some("rare"));
         assert!(matches!(facts.row(0.1).time, Answer::Measured(_)));
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn without_noise_it_is_exact() {
+    fn zero_error_gives_an_exact_answer() {
         let mut looks = looks();
         looks.iter_mut().for_each(|look| look.rel_rmse = 0.0);
         assert_eq!(facts(&looks, None).row(0.001).time, Answer::Exact(0.5));

@@ -40,7 +40,7 @@ pub struct Cheaper {
     /// The bias of its image, in words.
     pub bias: Option<String>,
     /// Further facts.
-    pub says: Option<String>,
+    pub note: Option<String>,
 }
 
 impl Cheaper {
@@ -104,7 +104,7 @@ impl Comparison<'_> {
                 flags: format!("--integrator {}", integrator.name()),
                 gain: gain(&base, &other),
                 bias: None,
-                says: other
+                note: other
                     .cost
                     .is_none()
                     .then(|| "its error is in doubt: rare bright paths".to_owned()),
@@ -126,7 +126,7 @@ impl Comparison<'_> {
                     TIMING,
                 )),
                 bias: None,
-                says: Some("may miss an edge between triangles".to_owned()),
+                note: Some("may miss an edge between triangles".to_owned()),
             });
         }
         if has_bounces {
@@ -145,7 +145,7 @@ impl Comparison<'_> {
                     "leaves out about {:.2} % of the light",
                     100.0 * lost
                 )),
-                says: None,
+                note: None,
             }));
         }
         // The filter reads layers, which not every integrator has.
@@ -254,7 +254,7 @@ impl Comparison<'_> {
                 flags: "--denoise".to_owned(),
                 gain: gain(base, &filtered),
                 bias: Some("mixes neighbouring pixels, less so the less noise there is".to_owned()),
-                says: Some(format!(
+                note: Some(format!(
                     "measured at an error of {:.1} %, then about {:.1} %: it gains less at smaller errors",
                     100.0 * before.rel_rmse,
                     100.0 * after

@@ -6,7 +6,7 @@
 
 use super::answers::Row;
 use super::cheaper::Cheaper;
-use crate::study::culprits::Culprits;
+use crate::study::error_sources::ErrorSources;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::Recommendation;
 use serde::Serialize;
@@ -59,7 +59,7 @@ pub struct PriceReport {
     /// The time and the samples to each error.
     pub answers: Vec<Row>,
     /// The sources of the error.
-    pub culprits: Option<Culprits>,
+    pub error_sources: Option<ErrorSources>,
     /// Other ways to render it, with what they gain.
     pub cheaper: Vec<Cheaper>,
     /// Known biases of the measured settings.

@@ -10,7 +10,7 @@ use super::answers::Facts;
 use super::cheaper::Comparison;
 use super::report::{PriceReport, PriceSettings};
 use super::watch::Watch;
-use crate::study::culprits::culprits;
+use crate::study::error_sources::error_sources;
 use crate::study::prepared_scene::PreparedScene;
 use crate::study::reference::References;
 use crate::study::settings::StudyObserver;
@@ -130,7 +130,7 @@ fn blank(
         doubt: None,
         pace: f64::NAN,
         answers: Vec::new(),
-        culprits: None,
+        error_sources: None,
         cheaper: Vec::new(),
         bias: base.bias(prepared.effects()),
         notes: Vec::new(),
@@ -264,7 +264,7 @@ impl Price<'_> {
         };
         let variant = Variant::new(self.on_film(small), self.settings.options);
         let seed = combine(self.base.seed, 3);
-        let found = culprits(small, self.description, &variant, &references, (spp, seed));
+        let found = error_sources(small, self.description, &variant, &references, (spp, seed));
         let integrator = self.base.integrator;
         if integrator.splats() || integrator == IntegratorKind::IrradianceCache {
             let name = integrator.name();
@@ -273,7 +273,7 @@ impl Price<'_> {
         } else if let Some(remark) = remark(&self.base) {
             self.report.notes.push(remark.to_owned());
         }
-        self.report.culprits = found;
+        self.report.error_sources = found;
         Ok((!self.watch.is_cancelled()).then_some(()))
     }
 

@@ -111,7 +111,7 @@ fn down(x: f32, y: f32) -> Ray {
 }
 
 #[test]
-fn a_missing_triangle_is_a_real_difference_on_every_ray_that_meets_it_first() {
+fn missing_triangle_is_a_real_difference_where_it_is_hit_first() {
     let all = random_triangles(30);
     let missing = 4;
     let mut rest = all.clone();
@@ -150,7 +150,7 @@ fn a_missing_triangle_is_a_real_difference_on_every_ray_that_meets_it_first() {
 }
 
 #[test]
-fn a_triangle_that_was_moved_is_a_real_difference_that_can_be_traced_again() {
+fn moved_triangle_is_real_and_its_first_ray_is_reported() {
     let all = random_triangles(30);
     let mut moved = all.clone();
     moved[3] = moved[3].map(|p| p + Vec3::splat(1e-3));
@@ -179,7 +179,7 @@ fn a_triangle_that_was_moved_is_a_real_difference_that_can_be_traced_again() {
 }
 
 #[test]
-fn two_triangles_in_one_place_are_a_tie() {
+fn coincident_triangles_are_a_tie() {
     let far = CORNER.map(|p| p + Vec3::splat(100.0));
     let both = triangles(&[CORNER, CORNER]);
     let (first, second) = (triangles(&[CORNER, far]), triangles(&[far, CORNER]));
@@ -206,7 +206,7 @@ fn two_triangles_in_one_place_are_a_tie() {
 }
 
 #[test]
-fn what_one_counts_on_an_edge_or_at_an_end_is_an_edge_and_a_hair_inside_is_real() {
+fn hits_at_edges_or_ray_ends_are_edges_and_inner_hits_are_real() {
     let (world, empty) = (triangles(&[CORNER]), standing(vec![]));
     // Hits on both legs, the hypotenuse and a vertex, and at the ends of rays; then hits slightly inside of all of these.
     let until = |t_max: f32| Ray {
@@ -260,7 +260,7 @@ fn what_one_counts_on_an_edge_or_at_an_end_is_an_edge_and_a_hair_inside_is_real(
 }
 
 #[test]
-fn a_hit_where_nothing_is_is_real_also_for_shadow_rays() {
+fn hit_on_absent_geometry_is_real_also_for_shadow_rays() {
     let (world, empty) = (triangles(&[CORNER]), standing(vec![]));
     let rays = batch([down(1.0, 1.0)]);
     // The triangle of the scene is not where a side reports it.
@@ -275,7 +275,7 @@ fn a_hit_where_nothing_is_is_real_also_for_shadow_rays() {
 }
 
 #[test]
-fn behind_an_edge_both_have_to_go_on_to_the_same_place() {
+fn hits_behind_a_missed_edge_must_agree() {
     // One side misses an edge, which is allowed, and then, which is not, the certain hit behind it as well.
     let behind = CORNER.map(|p| p - Vec3::new(1.0, 1.0, 1.0));
     let far = CORNER.map(|p| p + Vec3::splat(100.0));
@@ -295,7 +295,7 @@ fn behind_an_edge_both_have_to_go_on_to_the_same_place() {
 }
 
 #[test]
-fn what_is_grazed_may_hide_what_is_at_the_same_place() {
+fn grazing_hit_may_replace_a_hit_at_equal_distance() {
     // The ray lies in the plane of the first triangle and certainly hits the second at t = 2.
     let grazed = [
         Vec3::new(-1.0, 0.0, -1.0),
@@ -345,7 +345,7 @@ fn worlds() -> Vec<(String, Arc<World>)> {
 }
 
 #[test]
-fn the_judge_holds_every_hit_of_the_oracle_and_is_certain_of_no_other() {
+fn hit_intervals_contain_oracle_hits_and_certain_ones_are_real() {
     let (mut hits, mut certain) = (0, 0);
     for (name, world) in worlds() {
         for rays in [random_rays(&world, 600, 3), aimed_rays(&world, 200, 3)] {
@@ -416,14 +416,14 @@ fn agree(name: &str, world: &Arc<World>, count: usize) -> Counts {
 }
 
 #[test]
-fn the_backends_agree_on_shapes_of_every_sort() {
+fn backends_agree_on_every_shape_type() {
     for (name, world) in worlds() {
         agree(&name, &world, 500);
     }
 }
 
 #[test]
-fn the_backends_agree_on_every_scene_of_the_bench() {
+fn backends_agree_on_every_bench_scene() {
     let options = AccelOptions {
         backend: Backend::ObvhsBvh2,
         precision: Precision::Robust,
@@ -438,7 +438,7 @@ fn the_backends_agree_on_every_scene_of_the_bench() {
 }
 
 #[test]
-fn a_report_does_not_depend_on_threads_nor_on_how_rays_are_batched() {
+fn report_is_independent_of_threads_and_ray_batching() {
     let all = random_triangles(30);
     let mut moved = all.clone();
     moved[3] = moved[3].map(|p| p + Vec3::splat(1e-3));

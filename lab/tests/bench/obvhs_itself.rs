@@ -10,7 +10,7 @@ use etendue_lab::bench::rays::random_rays;
 use std::sync::Arc;
 
 #[test]
-fn its_trees_hit_what_ours_hit() {
+fn obvhs_tree_hits_match_ours_within_rounding() {
     let world = standing(vec![Geometry::Mesh(closed_mesh(12, true))]);
     let options = AccelOptions {
         backend: Backend::ObvhsBvh2,
@@ -47,7 +47,7 @@ fn its_trees_hit_what_ours_hit() {
 }
 
 #[test]
-fn what_it_has_no_shapes_for_is_left_out() {
+fn obvhs_trees_are_omitted_for_unsupported_shapes() {
     let mut rng = TestRng::new(3);
     assert!(ObvhsTree::all(&standing(soup(&mut rng))).is_empty());
     let mesh = Geometry::Mesh(closed_mesh(2, false));

@@ -73,7 +73,7 @@ fn assert_part_of(film: &Film, want: &Film) -> usize {
 }
 
 #[test]
-fn recording_everything_yields_the_render_and_all_its_rays() {
+fn full_recording_reproduces_the_render_and_its_ray_counts() {
     for &sampler in SamplerKind::ALL {
         // More samples than are observed at once, and not a multiple of that number.
         let small = Small::new(6, sampler);
@@ -93,7 +93,7 @@ fn recording_everything_yields_the_render_and_all_its_rays() {
 }
 
 #[test]
-fn a_limited_recording_is_a_part_of_the_render_and_always_the_same() {
+fn limited_recording_is_deterministic_and_part_of_the_render() {
     let small = Small::new(4, SamplerKind::Sobol);
     let rendered = small
         .subject()
@@ -193,7 +193,7 @@ impl PathObserver for Meetings {
 }
 
 #[test]
-fn recorded_rays_meet_what_they_met_in_the_render() {
+fn recorded_rays_reproduce_the_hits_of_the_render() {
     let small = Small::new(8, SamplerKind::Sobol);
     let recording = record(&small.subject(), usize::MAX);
     let mut meetings = Meetings::default();
@@ -229,7 +229,7 @@ fn recorded_rays_meet_what_they_met_in_the_render() {
 }
 
 #[test]
-fn every_way_of_tracing_is_there_once() {
+fn every_trace_variant_occurs_once() {
     let targets = Target::all(Backend::ALL);
     assert_eq!(targets.len(), 4 * Backend::ALL.len());
     let variants: Vec<_> = targets.iter().flat_map(|t| t.variants()).collect();
@@ -242,7 +242,7 @@ fn every_way_of_tracing_is_there_once() {
 }
 
 #[test]
-fn the_parts_of_a_sample_sum_up_to_it() {
+fn sample_time_parts_sum_to_the_total() {
     let small = Small::new(2, SamplerKind::Independent);
     let parts = parts(&small.subject(), 500, 1234.5);
     let names: Vec<&str> = parts.iter().map(|part| part.part).collect();
@@ -316,7 +316,7 @@ impl BenchObserver for Onlooker {
 }
 
 #[test]
-fn the_numbers_of_a_bench_add_up() {
+fn bench_report_counts_are_consistent() {
     let (scenes, settings) = short();
     let onlooker = Onlooker::new(usize::MAX);
     let report = run(&scenes, &settings, &onlooker).expect("it can be measured");
@@ -373,7 +373,7 @@ fn the_numbers_of_a_bench_add_up() {
 
 #[cfg(feature = "embree")]
 #[test]
-fn the_overhead_factor_is_the_render_over_its_floor() {
+fn overhead_factor_is_sample_time_over_its_floor() {
     let (scenes, settings) = short();
     let report = run(&scenes[..1], &settings, &Unattended).expect("it can be measured");
     let scene = &report.scenes[0];
@@ -403,7 +403,7 @@ fn the_overhead_factor_is_the_render_over_its_floor() {
 }
 
 #[test]
-fn without_embree_there_is_no_floor() {
+fn floor_is_none_without_embree_timings() {
     let small = Small::new(1, SamplerKind::Sobol);
     let recording = record(&small.subject(), 100);
     let [_, target, ..] = Target::all(&[Backend::ObvhsBvh2])[..] else {
@@ -416,7 +416,7 @@ fn without_embree_there_is_no_floor() {
 }
 
 #[test]
-fn a_cancelled_bench_reports_what_it_has() {
+fn cancelled_bench_reports_partial_results() {
     let (mut scenes, mut settings) = short();
     scenes.pop();
     settings.targets.truncate(2);
@@ -439,7 +439,7 @@ fn a_cancelled_bench_reports_what_it_has() {
 }
 
 #[test]
-fn settings_out_of_their_range_are_usage_errors() {
+fn out_of_range_settings_are_usage_errors() {
     let (scenes, fine) = short();
     let change = |change: fn(&mut BenchSettings)| {
         let mut settings = fine.clone();

@@ -41,7 +41,7 @@ fn triangles(scene: &SceneDescription) -> usize {
 }
 
 #[test]
-fn scenes_have_the_size_asked_for_and_show_something_that_is_lit() {
+fn scenes_have_requested_size_and_render_a_lit_image() {
     for scene in SCENES {
         let mut described = scene.describe(4_000);
         if scene.name != "cornell-box" {
@@ -81,7 +81,7 @@ fn scenes_have_the_size_asked_for_and_show_something_that_is_lit() {
 }
 
 #[test]
-fn scenes_are_the_same_every_time() {
+fn scene_generation_is_deterministic() {
     for scene in SCENES {
         let positions = |scene: SceneDescription| -> Vec<DVec3> {
             let of = |geometry: &GeometryDescription| match geometry {
@@ -100,7 +100,7 @@ fn scenes_are_the_same_every_time() {
 }
 
 #[test]
-fn the_cornell_box_is_the_one_in_the_folder_of_scenes() {
+fn cornell_box_matches_its_scene_file() {
     let path = in_repository("scenes/cornell-box/cornell-box.toml");
     let file = etendue::internals::scene::load::load(&path).expect("it is in the sources");
     let made = SCENES[0].describe(0);
@@ -138,13 +138,13 @@ fn the_cornell_box_is_the_one_in_the_folder_of_scenes() {
 }
 
 #[test]
-fn the_furnished_room_is_found_in_the_sources() {
+fn suzanne_room_is_found_in_the_source_tree() {
     let room = suzanne_room().expect("tests run in the sources");
     assert!(room.ends_with("scenes/suzanne-room/suzanne-room.toml"));
 }
 
 #[test]
-fn every_segment_leads_out_of_its_mesh() {
+fn every_segment_intersects_its_closed_mesh() {
     // The counts of leaks rely on this; tested in double precision by brute force.
     for mesh in ClosedMesh::all(4) {
         let world = mesh.world();
@@ -163,7 +163,7 @@ fn every_segment_leads_out_of_its_mesh() {
 /// Embree's robust mode leaks some segments at vertices (Embree issue 181): 1 to 5 of 20,000 here, and 1.4 % of them with a
 /// bumpy sphere as fine as that of `etendue bench`.
 #[test]
-fn what_is_robust_lets_nothing_through_faces_edges_and_vertices() {
+fn closed_mesh_leaks_stay_within_the_limits_per_backend() {
     const SEGMENTS: u64 = 20_000;
     for mesh in ClosedMesh::all(6) {
         for (name, accel) in every_accel(mesh.world()) {
@@ -202,7 +202,7 @@ fn without_a_side(room: &ClosedMesh) -> Arc<World> {
 }
 
 #[test]
-fn an_open_room_leaks_a_sixth_of_all_directions() {
+fn open_room_leaks_one_sixth_of_segments() {
     // The origins of segments are distributed as symmetrically as the room: each side fills a sixth of the sphere on average.
     let room = ClosedMesh::new(Form::Room, 5, 1.0, 0.0);
     let open = build(&without_a_side(&room));
@@ -216,7 +216,7 @@ fn an_open_room_leaks_a_sixth_of_all_directions() {
 }
 
 #[test]
-fn counts_of_leaks_do_not_depend_on_threads_and_end_when_they_are_cancelled() {
+fn leak_counts_are_thread_independent_and_cancellable() {
     let room = ClosedMesh::new(Form::Room, 2, 1.0, 0.0);
     let open = build(&without_a_side(&room));
     let segments = 300_000;
@@ -236,7 +236,7 @@ fn counts_of_leaks_do_not_depend_on_threads_and_end_when_they_are_cancelled() {
 }
 
 #[test]
-fn closed_meshes_use_every_vertex_and_every_edge_twice() {
+fn closed_meshes_share_each_edge_twice_with_unique_vertices() {
     for mesh in ClosedMesh::all(4) {
         let [Geometry::Mesh(mesh)] = mesh.world().geometries() else {
             panic!("a closed mesh is one mesh");

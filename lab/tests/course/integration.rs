@@ -26,7 +26,7 @@ fn generator(seed: u64) -> impl FnMut() -> f64 {
 }
 
 #[test]
-fn rules_are_exact_for_their_polynomials() {
+fn quadrature_rules_are_exact_for_their_polynomials() {
     let line = |x: f64| 3.0 * x - 1.0;
     let cubic = |x: f64| x * x * x - 2.0 * x * x + 5.0;
     let (range, over_line, over_cubic) = ([-1.0, 3.0], 8.0, 20.0 - 2.0 * 28.0 / 3.0 + 20.0);
@@ -67,7 +67,7 @@ fn factor_by_rule(rule: Rule, integrand: Integrand, h: f64) -> f64 {
 }
 
 #[test]
-fn tensor_products_are_what_their_rules_make_of_each_axis() {
+fn tensor_product_rules_match_per_axis_factors() {
     for dimension in 1..=12 {
         for (rule, least) in [(Rule::Trapezoid, 2_usize), (Rule::Simpson, 3)] {
             // Dimension 12 needs at least 2^12 and 3^12 calls.
@@ -100,7 +100,7 @@ fn tensor_products_are_what_their_rules_make_of_each_axis() {
 }
 
 #[test]
-fn errors_fall_with_the_order_of_the_rule() {
+fn quadrature_error_converges_with_the_order_of_the_rule() {
     // Halving the spacing divides the error by 4 for the trapezoidal rule and by 16 for Simpson's, in every dimension.
     for (rule, factor) in [(Rule::Trapezoid, 4.0), (Rule::Simpson, 16.0)] {
         for dimension in 1..=3 {
@@ -123,7 +123,7 @@ fn errors_fall_with_the_order_of_the_rule() {
 }
 
 #[test]
-fn integrals_and_variances_are_what_is_stated() {
+fn stated_integrals_and_variances_match_quadrature() {
     for integrand in Integrand::ALL {
         for dimension in 1..=2 {
             // Simpson's rule loses its order for discontinuous integrands.
@@ -151,7 +151,7 @@ fn integrals_and_variances_are_what_is_stated() {
 }
 
 #[test]
-fn plain_monte_carlo_has_the_exact_mean_and_variance() {
+fn plain_monte_carlo_matches_exact_mean_and_variance() {
     for (seed, integrand) in (1..).zip(Integrand::ALL) {
         for dimension in [1, 2, 3, 5, 8, 12] {
             let (mean, variance) = (integrand.integral(dimension), integrand.variance(dimension));
@@ -212,7 +212,7 @@ fn runs(
 }
 
 #[test]
-fn stratified_estimates_have_no_bias_and_no_more_variance_than_plain_ones() {
+fn stratified_estimates_are_unbiased_with_bounded_variance() {
     for integrand in Integrand::ALL {
         for (dimension, calls) in [(1, 50), (2, 100), (3, 300), (5, 250), (8, 200), (12, 100)] {
             let what = format!("{integrand:?} d = {dimension}");
@@ -246,7 +246,7 @@ fn squares_in_interval(h: f64) -> f64 {
 }
 
 #[test]
-fn jittered_and_latin_variances_are_exact() {
+fn jittered_and_latin_hypercube_variances_match_closed_form() {
     let case = |dimension, calls| (Integrand::Squares, dimension, calls);
     for (dimension, per_axis) in [(1_u32, 2_usize), (1, 10), (2, 5), (3, 3), (5, 2)] {
         let calls = per_axis.pow(dimension);
@@ -270,7 +270,7 @@ fn jittered_and_latin_variances_are_exact() {
 }
 
 #[test]
-fn every_stratum_gets_one_point() {
+fn every_stratum_gets_one_sample() {
     let points_of = |latin: bool, dimension: u32, calls: usize| {
         let points = RefCell::new(Vec::new());
         let f = |x: &[f64]| {
@@ -320,7 +320,7 @@ fn every_stratum_gets_one_point() {
 }
 
 #[test]
-fn extreme_numbers_stay_in_the_cube() {
+fn extreme_inputs_stay_in_the_unit_cube() {
     for u in [0.0, 1.0 - 1.0 / 16_777_216.0, 1.0_f64.next_down()] {
         let f = |x: &[f64]| {
             assert!(x.iter().all(|x| (0.0..=1.0).contains(x)), "{u} {x:?}");
@@ -342,7 +342,7 @@ fn extreme_numbers_stay_in_the_cube() {
 
 /// Integrates 3 x^2 with the density (n + 1) x^n: the second moment of the estimator is 9 / ((n + 1) (5 - n)).
 #[test]
-fn importance_sampling_is_as_good_as_its_density() {
+fn importance_sampling_variance_matches_closed_form() {
     let f = |x: &f64| 3.0 * x * x;
     for (seed, n) in (1..).zip([0.0_f64, 1.0, 2.0, 3.0, 3.8]) {
         let mut uniform = generator(seed);
@@ -378,7 +378,7 @@ fn importance_sampling_is_as_good_as_its_density() {
 }
 
 #[test]
-fn a_tabulated_integrand_is_its_own_best_density() {
+fn tabulated_pdf_reduces_variance_a_thousandfold() {
     for (seed, integrand) in [(1, Integrand::Sine), (2, Integrand::Exponential)] {
         let density = PiecewiseLinear::tabulate(|x| integrand.eval(&[x]), [0.0, 1.0], 16);
         let density = density.expect("a positive function");
@@ -399,7 +399,7 @@ fn a_tabulated_integrand_is_its_own_best_density() {
 }
 
 #[test]
-fn a_density_that_misses_the_integrand_is_not_hidden() {
+fn zero_pdf_where_integrand_is_nonzero_gives_non_finite_mean() {
     let never = integrate_importance(|_: &f64| 1.0, 20, || (0.5, 0.0));
     assert!(!never.mean().is_finite());
     let nothing_to_miss = integrate_importance(|_: &f64| 0.0, 20, || (0.5, 0.0));
@@ -408,7 +408,7 @@ fn a_density_that_misses_the_integrand_is_not_hidden() {
 
 /// Two points of a Latin hypercube in 2D lie on either diagonal with probability 1/2.
 #[test]
-fn intervals_are_matched_in_every_way_alike() {
+fn latin_hypercube_pairings_are_equally_likely() {
     let mut rng = TestRng::new(31);
     let mut uniform = || f64::from(rng.uniform());
     let is_rising = |x: &[f64]| f64::from(u8::from((x[0] < 0.5) == (x[1] < 0.5)));

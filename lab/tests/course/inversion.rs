@@ -23,7 +23,7 @@ fn line_uniformity(numbers: impl Iterator<Item = f64>) -> f64 {
 }
 
 #[test]
-fn the_power_function_is_drawn_by_inversion_and_as_a_maximum() {
+fn power_samples_follow_pdf_by_inversion_and_by_maximum() {
     let mut checks = Vec::new();
     for (seed, n) in (0..).zip(POWERS) {
         // x^(n + 1) is uniform.
@@ -50,7 +50,7 @@ fn the_power_function_is_drawn_by_inversion_and_as_a_maximum() {
 }
 
 #[test]
-fn the_power_function_has_its_inverse_and_keeps_to_its_domain() {
+fn power_sampling_inverts_and_stays_in_the_domain() {
     for n in POWERS {
         for u in EXTREMES.map(f64::from).into_iter().chain([0.1, 0.7, 0.999]) {
             let x = sample_power(u, n);
@@ -101,7 +101,7 @@ fn polyline(range: [f64; 2], values: &[f64], x: f64) -> (f64, f64) {
 }
 
 #[test]
-fn tabulated_densities_are_what_is_drawn() {
+fn piecewise_linear_samples_follow_their_pdf() {
     const CELLS: usize = 128;
     let lines = polylines();
     for (seed, (range, values)) in (200..).zip(&lines) {
@@ -143,7 +143,7 @@ fn tabulated_densities_are_what_is_drawn() {
 }
 
 #[test]
-fn tabulated_densities_bear_extremes_and_refuse_what_is_no_density() {
+fn piecewise_linear_handles_extremes_and_rejects_invalid_input() {
     let tiny = ([0.0, 1.0], vec![0.0, 5e-324, 0.0, 5e-324]);
     let huge = ([0.0, 1.0], vec![0.0, 8e307, 1e-300, 0.0, 4e307]);
     for (range, values) in polylines().into_iter().chain([tiny, huge]) {
@@ -181,7 +181,7 @@ fn tabulated_densities_bear_extremes_and_refuse_what_is_no_density() {
 }
 
 #[test]
-fn a_function_tabulated_is_as_close_as_its_pieces_are_short() {
+fn tabulated_pdf_error_is_within_the_interpolation_bound() {
     let sine =
         PiecewiseLinear::tabulate(f64::sin, [0.0, PI], 64).expect("the sine is a valid density");
     // Between nodes linear interpolation of the sine is off by at most h^2 / 8, and the area by as much.

@@ -41,7 +41,7 @@ fn p_after(seed: u64, steps: u32, proposal: Proposal, start: impl Fn(f64) -> f64
 }
 
 #[test]
-fn a_chain_that_starts_from_the_density_stays_in_it() {
+fn target_density_is_stationary_under_metropolis_steps() {
     for (seed, proposal) in (1..).zip(PROPOSALS) {
         let p = p_after(seed, 5, proposal, |u| (1.0 - u).sqrt());
         assert!(p > sidak(1e-3, PROPOSALS.len()), "{proposal:?}: {p:.1e}");
@@ -49,7 +49,7 @@ fn a_chain_that_starts_from_the_density_stays_in_it() {
 }
 
 #[test]
-fn a_chain_finds_the_density_from_anywhere() {
+fn metropolis_chain_converges_from_extreme_starts() {
     // With uniform proposals and a density of at most 2, the total variation distance is at most 2^-steps (Mengersen and
     // Tweedie 1996). Steps of 0.7 mix about as fast. Steps of 0.1 have not converged yet, which the test detects.
     for (seed, proposal) in (11..).zip([Proposal::Uniform, Proposal::Step { width: 0.7 }]) {
@@ -99,7 +99,7 @@ fn exact_rate(proposal: Proposal) -> f64 {
 }
 
 #[test]
-fn means_and_acceptance_rates_are_exact() {
+fn chain_means_and_acceptance_rates_match_exact_values() {
     for (seed, proposal) in (21..).zip(PROPOSALS) {
         let (means, rates) = chains(seed, proposal, 40_000);
         assert_mean(&format!("mean of x, {proposal:?}"), &means, 2.0 / 3.0, 2e-3);
@@ -113,7 +113,7 @@ fn means_and_acceptance_rates_are_exact() {
 }
 
 #[test]
-fn extremes_stay_in_the_domain_and_what_cannot_start_is_refused() {
+fn chain_stays_in_domain_and_invalid_starts_are_rejected() {
     for proposal in PROPOSALS {
         for u in [0.0, 1.0 - 1.0 / 16_777_216.0] {
             for v in [0.0, 1.0 - 1.0 / 16_777_216.0] {

@@ -29,7 +29,7 @@ fn square_norm<const D: usize>(p: &[f64; D]) -> f64 {
 }
 
 #[test]
-fn the_disk_by_rejection_is_uniform_at_its_efficiency() {
+fn disk_rejection_sampling_is_uniform_with_exact_efficiency() {
     let mut rng = TestRng::new(1);
     let mut counts = vec![0; 24 * 24];
     let mut trials = Moments::default();
@@ -47,7 +47,7 @@ fn the_disk_by_rejection_is_uniform_at_its_efficiency() {
 }
 
 #[test]
-fn directions_by_rejection_are_uniform_at_their_efficiency() {
+fn direction_rejection_sampling_is_uniform_at_exact_efficiency() {
     let test = ChiSquareTest::default();
     let mut trials = Moments::default();
     let sphere = test.run(
@@ -82,7 +82,7 @@ fn directions_by_rejection_are_uniform_at_their_efficiency() {
 }
 
 #[test]
-fn points_of_a_set_are_uniform_in_it() {
+fn rejection_samples_are_uniform_in_the_set() {
     // Below the diagonal of a box, where x / a + y / b < 1.
     let (min, max) = ([-1.0, 2.0], [3.0, 2.5]);
     let box_2d = BoundingBox::new(min, max).expect("a box");
@@ -106,7 +106,7 @@ fn points_of_a_set_are_uniform_in_it() {
 }
 
 #[test]
-fn the_measured_efficiency_is_the_share_of_the_box() {
+fn measured_efficiency_matches_volume_fraction_of_the_box() {
     let mut rng = TestRng::new(4);
     let n = 2_000_000;
     let mut uniform = || rng.uniform_f64();
@@ -147,7 +147,7 @@ fn the_measured_efficiency_is_the_share_of_the_box() {
 }
 
 #[test]
-fn a_bounded_density_is_what_is_drawn() {
+fn rejection_samples_follow_a_bounded_density() {
     const CELLS: usize = 100;
     let hill = |p: &[f64; 1]| (PI * p[0]).sin();
     let mut rng = TestRng::new(5);
@@ -173,7 +173,7 @@ fn a_bounded_density_is_what_is_drawn() {
 }
 
 #[test]
-fn nothing_to_find_ends() {
+fn rejection_sampling_stops_if_nothing_is_accepted() {
     let mut rng = TestRng::new(6);
     let mut asked = 0;
     let mut counting = || {
@@ -199,7 +199,7 @@ fn nothing_to_find_ends() {
 }
 
 #[test]
-fn a_density_above_its_bound_is_told_not_cut() {
+fn density_outside_its_bound_is_reported_as_an_error() {
     let unit = bounds::<1>(0.0, 1.0);
     for wrong in [1.5, -0.1, f64::NAN, f64::INFINITY] {
         let drawn = sample_density(&unit, |_| wrong, 1.0, 100, &mut || 0.25);
@@ -208,7 +208,7 @@ fn a_density_above_its_bound_is_told_not_cut() {
 }
 
 #[test]
-fn what_is_no_box_is_refused_and_extremes_stay_in_it() {
+fn invalid_boxes_are_rejected_and_extreme_samples_stay_inside() {
     assert_eq!(BoundingBox::new([0.0], [-1.0]), None);
     assert_eq!(BoundingBox::new([0.0, 0.0], [1.0, f64::INFINITY]), None);
     assert_eq!(BoundingBox::new([f64::NAN], [1.0]), None);

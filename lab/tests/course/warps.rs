@@ -63,7 +63,7 @@ fn assert_close(what: &str, u: Vec2, back: Vec2, tolerance: f32) {
 }
 
 #[test]
-fn the_right_disk_is_uniform_and_the_wrong_one_fails_the_same_test() {
+fn disk_sampling_is_uniform_and_crowded_variant_is_detected() {
     let p_of = |seed: u64, sample: fn(Vec2) -> Vec2, radius: fn(f64) -> f64| {
         let mut rng = TestRng::new(seed);
         square_uniformity((0..DRAWS).map(|_| {
@@ -92,7 +92,7 @@ fn the_right_disk_is_uniform_and_the_wrong_one_fails_the_same_test() {
 }
 
 #[test]
-fn directions_follow_their_density() {
+fn direction_samples_match_their_pdf() {
     let test = ChiSquareTest::default();
     let checks = 2 + EXPONENTS.len();
     let on_hemisphere = |w: Vec3| {
@@ -132,7 +132,7 @@ fn directions_follow_their_density() {
 }
 
 #[test]
-fn lobes_of_exponent_0_and_1_are_the_uniform_and_the_cosine_hemisphere() {
+fn cosine_power_0_and_1_match_uniform_and_cosine_hemisphere() {
     for u in inner_pairs(7) {
         let distance = (sample_cosine_power(u, 0.0) - sample_hemisphere_uniform(u)).length();
         assert!(distance < 1e-6, "{u}");
@@ -150,7 +150,7 @@ fn lobes_of_exponent_0_and_1_are_the_uniform_and_the_cosine_hemisphere() {
 }
 
 #[test]
-fn the_triangle_by_the_square_root_is_uniform() {
+fn triangle_sampling_by_square_root_is_uniform() {
     const N: usize = 16;
     // Lines of constant coordinates divide the triangle into N^2 equal ones: upright ones and, beside them, reversed ones.
     let mut counts = vec![0; 2 * N * N];
@@ -173,7 +173,7 @@ fn the_triangle_by_the_square_root_is_uniform() {
 }
 
 #[test]
-fn inverses_lead_back() {
+fn warp_inverses_round_trip() {
     for u in inner_pairs(3) {
         let back = invert_disk_polar(sample_disk_polar(u));
         assert_close("disk", u, back, 1e-6);
@@ -199,7 +199,7 @@ fn inverses_lead_back() {
 }
 
 #[test]
-fn extreme_numbers_stay_in_the_domain() {
+fn extreme_inputs_stay_in_the_sampling_domain() {
     let unit = |w: Vec3| (w.length() - 1.0).abs() < 1e-6;
     let up = |w: Vec3| unit(w) && w.z > 0.0;
     let in_square = |u: Vec2| u.min_element() >= 0.0 && u.max_element() <= 1.0;
@@ -233,7 +233,7 @@ fn irradiance(n: i32, sample: impl Fn(Vec2) -> (Vec3, f32)) -> Moments {
 }
 
 #[test]
-fn the_irradiance_is_the_same_by_every_density() {
+fn irradiance_estimates_match_exact_value_for_every_pdf() {
     let uniform = |u| (sample_hemisphere_uniform(u), PDF_HEMISPHERE_UNIFORM);
     let cosine = |u| {
         let w = sample_hemisphere_cosine_by_inversion(u);
@@ -255,7 +255,7 @@ fn the_irradiance_is_the_same_by_every_density() {
 }
 
 #[test]
-fn the_distribution_function_of_phongs_lobe_is_its_closed_form() {
+fn cosine_power_cdf_matches_closed_form() {
     // The share within the angle a is 1 - cos^(n + 1) a.
     for n in EXPONENTS.map(f64::from) {
         for share in [0.1, 0.5, 0.9] {

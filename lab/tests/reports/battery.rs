@@ -86,7 +86,7 @@ fn cases_pass_on_every_other_backend() {
 }
 
 #[test]
-fn the_battery_bites() {
+fn wrong_exact_values_and_failed_measurements_fail() {
     let measured = |numbers: Vec<f64>, claim| {
         let case = Case::new(1, "made up", claim, move |_| Ok(numbers.clone()));
         quick(&[case], Backend::ALL[0]).results[0].verdict
@@ -116,7 +116,7 @@ fn the_battery_bites() {
 /// The measured numbers of every case contradict an exact value that is changed by 10 %, or by 1 if it is 0. Upper bounds
 /// are lowered to a fifth. The changes also exceed the tolerance of 0.25 % of white materials.
 #[test]
-fn no_case_passes_with_another_exact_number() {
+fn every_case_fails_with_a_perturbed_exact_value() {
     let passed = all_measured().results.iter().filter(|result| {
         let exact = result.claim.exact;
         let wrong = match result.claim.relation {
@@ -135,7 +135,7 @@ fn no_case_passes_with_another_exact_number() {
 }
 
 #[test]
-fn one_thread_finds_what_two_find() {
+fn results_are_bit_identical_on_one_and_two_threads() {
     let few = || {
         let mut cases = cases(Effort::Quick);
         cases.retain(|case| [21, 29, 34].contains(&case.row));
@@ -159,7 +159,7 @@ fn one_thread_finds_what_two_find() {
 }
 
 #[test]
-fn a_battery_that_is_cancelled_keeps_what_is_done() {
+fn cancelled_battery_keeps_completed_cases() {
     struct Impatient(AtomicBool);
     impl BatteryObserver for Impatient {
         fn progress(&self, _: f64, _: &CaseReport) {

@@ -103,7 +103,7 @@ fn numbers(page: &Page) -> Vec<(String, f64)> {
 }
 
 #[test]
-fn numbers_depend_on_the_seed_and_not_on_the_threads() {
+fn results_depend_on_the_seed_but_not_on_thread_count() {
     let dice = topic("dice");
     let with = |seed: u64, threads: usize| {
         let settings = Settings {
@@ -122,7 +122,7 @@ fn numbers_depend_on_the_seed_and_not_on_the_threads() {
 }
 
 #[test]
-fn settings_out_of_their_range_are_usage_errors() {
+fn out_of_range_settings_are_usage_errors() {
     for wrong in [
         Settings {
             threads: 0,
@@ -164,7 +164,7 @@ impl LessonObserver for Impatient {
 }
 
 #[test]
-fn a_lesson_that_is_ended_leaves_no_page() {
+fn cancelled_lesson_returns_no_page() {
     for topic in TOPICS {
         for patience in [0, 3] {
             let observer = Impatient {

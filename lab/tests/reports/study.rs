@@ -59,7 +59,7 @@ fn of<'a>(all: &'a [(usize, Summary)], name: &str) -> &'a Summary {
 }
 
 #[test]
-fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
+fn study_detects_bias_and_ranks_integrators_by_efficiency() {
     let integrators = [
         IntegratorKind::Path,
         IntegratorKind::Bsdf,
@@ -125,7 +125,7 @@ fn biased_integrators_are_found_and_others_are_ordered_by_their_efficiency() {
 }
 
 #[test]
-fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
+fn error_bars_cover_the_reference_and_path_shares_sum_to_one() {
     let choices = [IntegratorKind::Path, IntegratorKind::Bsdf].map(Choice::Integrator);
     let mut settings = settings(&choices, 20.0, Some(fixed(2)));
     settings.schedule = Some(Schedule {
@@ -189,7 +189,7 @@ fn error_bars_are_held_against_the_reference_and_variance_against_paths() {
 }
 
 #[test]
-fn everything_needed_to_compute_again_is_in_the_report() {
+fn report_is_reproducible_and_records_every_run() {
     let settings = settings(&[], 4.0, Some(fixed(1)));
     let (one, two) = (study(&settings), study(&settings));
     let errors = |report: &StudyReport| {
@@ -217,12 +217,12 @@ fn everything_needed_to_compute_again_is_in_the_report() {
         seeds.dedup();
         assert_eq!(seeds.len(), level.runs.len());
     }
-    assert_eq!(one.pictures.at_times.len(), 1);
-    assert_eq!(one.pictures.at_times[0].shown[0].errors.len(), 256);
+    assert_eq!(one.images.at_times.len(), 1);
+    assert_eq!(one.images.at_times[0].shown[0].errors.len(), 256);
 }
 
 #[test]
-fn a_budget_too_small_names_one_that_is_enough() {
+fn insufficient_budget_error_names_a_sufficient_budget() {
     let mut scene = scene();
     scene.film.size = (512, 512);
     let mut settings = settings(&[], 0.05, None);
@@ -238,7 +238,7 @@ fn a_budget_too_small_names_one_that_is_enough() {
 }
 
 #[test]
-fn a_black_scene_has_no_relative_error() {
+fn black_scene_is_rejected() {
     let error = run(
         &room(""),
         (16, 16),
@@ -267,7 +267,7 @@ impl StudyObserver for Impatient {
 }
 
 #[test]
-fn a_study_that_is_ended_early_says_so_and_keeps_what_it_has() {
+fn cancelled_study_is_marked_incomplete_and_keeps_results() {
     let settings = settings(&[], 4.0, Some(fixed(1)));
     let ended = |most: usize| {
         let reports = AtomicUsize::new(0);
@@ -294,7 +294,7 @@ fn a_study_that_is_ended_early_says_so_and_keeps_what_it_has() {
 }
 
 #[test]
-fn every_error_has_an_answer() {
+fn every_target_error_has_a_time_estimate() {
     let choices = [SamplerKind::Independent, SamplerKind::Sobol].map(Choice::Sampler);
     let report = study(&settings(&choices, 8.0, Some(fixed(2))));
     for (_, summary) in summaries(&report) {
@@ -317,7 +317,7 @@ fn every_error_has_an_answer() {
 /// The choice of the size is tested without a clock in `lab/src/study/planning.rs`. On a busy machine this study may end with
 /// the error that its budget is too small.
 #[test]
-fn a_budget_too_short_for_the_own_size_leads_to_a_smaller_one_and_says_so() {
+fn short_budget_shrinks_the_image_with_a_warning() {
     let mut scene = scene();
     scene.film.size = (640, 480);
     let settings = StudySettings {

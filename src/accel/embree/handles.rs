@@ -476,7 +476,7 @@ mod tests {
     }
 
     #[test]
-    fn a_structure_that_there_is_no_memory_for_is_an_error_of_that_kind() {
+    fn bvh_build_out_of_memory_is_a_memory_error() {
         assert!(build(None).expect("there is memory") > 1_000_000);
         let error = build(Some(1_000_000)).expect_err("it takes more");
         assert_eq!(error.kind(), ErrorKind::Memory, "{error}");

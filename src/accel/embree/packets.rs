@@ -246,7 +246,7 @@ mod tests {
 
     /// Covers libraries without packets of sixteen, as on processors without AVX-512.
     #[test]
-    fn halves_and_single_rays_meet_what_packets_do() {
+    fn narrower_packets_and_single_rays_match_the_widest_packets() {
         let mesh = hills();
         for (precision, quality) in [
             (Precision::Robust, Quality::Medium),

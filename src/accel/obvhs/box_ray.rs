@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn the_numbers_of_a_ray_in_single_precision_stay_as_they_are() {
+    fn box_ray_of_single_precision_values_is_exact() {
         let (query, parameter) = BoxRay::new(&ray(DVec3::new(0.25, -0.5, 0.375)), 2.0);
         assert_eq!(query.origin, Vec3A::new(1.5, 0.0, 1.75));
         assert_eq!(query.inverse, Vec3A::new(2.0, -1.0, 4.0 / 3.0));
@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn no_entry_of_the_direction_makes_an_infinite_number() {
+    fn reciprocal_direction_is_finite_for_extreme_components() {
         let entries = [0.0, -0.0, 1e-38, -1e-38, 1e-45, -1.0, 1e30];
         for x in entries {
             for y in entries {
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn in_single_precision_the_set_up_is_that_of_double() {
+    fn single_precision_setup_matches_double_precision() {
         for dir in [[0.5, -1.5, 1.25], [0.0, 1.0, 1.5], [1e-30, 2e-30, 2e-30]] {
             let single = Ray::new(Vec3A::new(1.0, -2.0, 3.0), Vec3A::from_array(dir));
             let (a, in_a) = BoxRay::single(&single);
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_is_clipped_where_it_comes_in() {
+    fn clip_returns_the_box_entry_or_none_for_a_miss() {
         let bounds = Bounds::around([DVec3::new(3.0, 0.0, 0.0), DVec3::new(5.0, 2.0, 2.0)]);
         let from = clip(&ray(DVec3::X), &bounds).expect("it goes through the middle");
         assert!((from - 2.0).abs() < 1e-6);

@@ -239,7 +239,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn trees_are_built_on_as_many_threads_as_asked_for() {
+    fn on_threads_uses_requested_count_and_reuses_a_nested_pool() {
         for threads in [1, 3] {
             let used = on_threads(threads, rayon::current_num_threads).expect("a few threads");
             assert_eq!(used, threads);

@@ -53,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn entries_come_back_in_reverse_however_many() {
+    fn stack_pops_in_reverse_order_beyond_its_fixed_capacity() {
         let mut stack = Stack::<usize, 8>::new();
         for count in [0, 1, 7, 8, 9, 40] {
             (0..count).for_each(|entry| stack.push(entry));

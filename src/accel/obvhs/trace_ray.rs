@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn both_precisions_meet_a_triangle_where_it_is() {
+    fn triangle_hits_are_correct_in_both_precisions() {
         let ray = Ray::new(Vec3::new(1.0, 2.0, 0.0), Vec3::new(0.0, 0.0, 0.5));
         assert_eq!(meets(&ray), Some((4.0, [0.25, 0.5])));
         let from_behind = Ray::new(Vec3::new(1.0, 2.0, 4.0), Vec3::new(0.0, 0.0, -0.5));
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hit_lies_beyond_the_start_and_up_to_the_end() {
+    fn hit_requires_t_above_t_min_and_at_most_t_max() {
         let up_to = |t_min, t_max| {
             let (origin, dir) = (Vec3::new(1.0, 1.0, 0.0), Vec3::Z);
             let ray = Ray {

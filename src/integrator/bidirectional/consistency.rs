@@ -46,7 +46,7 @@ fn both_ways(scene: &Scene, vertex: &V<'_>, to_eye: Vec3, to_light: Vec3) -> [Pd
     if vertex.is_delta {
         let tilted = [to_eye, to_light]
             .iter()
-            .any(|&w| vertex.at.facing(w, vertex.transmits).is_mended());
+            .any(|&w| vertex.at.facing(w, vertex.transmits).is_tilted());
         return [1.0, if tilted { 0.0 } else { 1.0 }].map(PdfSolidAngle);
     }
     let scattering = vertex.scattering(scene, to_eye, to_light);
@@ -203,7 +203,7 @@ fn is_density(Densities { by_light, by_eye }: Densities) -> bool {
 /// A test of a million paths. Where surfaces touch, rounding moves a point by more than its distance from the next
 /// surface: that is as rare as one in ten thousand.
 #[test]
-fn every_strategy_knows_the_same_densities_of_a_path() {
+fn mis_weights_match_those_recomputed_from_path_vertices() {
     let scenes = [
         ("scenes/cornell-box/cornell-box.toml", 170_000),
         ("scenes/materials/materials.toml", 120_000),

@@ -166,9 +166,9 @@ impl<'a, E: Effects> Vertex<'a, E> {
         to_light: Vec3,
     ) -> Option<Scattering> {
         let (seen, goes_through) = self.seen(scene, to_eye, to_light)?;
-        let is_mended = seen.is_mended() || self.at.facing(to_light, self.transmits).is_mended();
+        let is_tilted = seen.is_tilted() || self.at.facing(to_light, self.transmits).is_tilted();
         let both_ways = PdfSolidAngle(1.0);
-        let one_way = PdfSolidAngle(if is_mended { 0.0 } else { 1.0 });
+        let one_way = PdfSolidAngle(if is_tilted { 0.0 } else { 1.0 });
         let [of_eye, of_light] = [to_eye, to_light].map(|w| seen.frame.to_local(w).z.abs());
         // Refraction changes the width of a beam: light is kept in projected solid angle about the shading normal.
         Some(Scattering {

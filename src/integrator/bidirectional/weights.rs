@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_are_those_of_the_definition_and_sum_to_one() {
+    fn mis_weights_match_the_power_heuristic_and_sum_to_one() {
         for i in 0..2000 {
             for delta in [None, Some(1), Some(2), Some(4)] {
                 let path = path(i, delta);
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_light_that_chance_cannot_meet_and_a_lamp_that_nobody_looks_for_have_fewer_strategies() {
+    fn mis_weights_exclude_impossible_light_strategies() {
         let mut point = path(3, None);
         point.densities[0].by_eye = 0.0;
         let sum: f64 = (1..=5).map(|s| point.weight(s)).sum();
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn densities_beyond_any_measure_give_no_nonsense() {
+    fn mis_weights_stay_in_unit_range_for_extreme_pdfs() {
         let mut path = path(5, Some(2));
         for (i, densities) in path.densities.iter_mut().enumerate() {
             densities.by_light = if i % 2 == 0 { 1e300 } else { 0.0 };

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn value_and_derivatives_are_those_of_a_rectangle() {
+    fn irradiance_gradient_and_hessian_match_a_rectangle() {
         let (cells, h) = (
             Cells {
                 rings: 300,
@@ -266,7 +266,7 @@ mod tests {
     }
 
     #[test]
-    fn a_near_edge_hides_as_a_near_edge_does() {
+    fn irradiance_derivatives_match_a_near_occluder_edge() {
         // A bright sky above half a black ceiling, whose height determines how much sky a move by d uncovers or hides.
         let cells = Cells {
             rings: 400,
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tilted_plane_under_a_sky_sees_the_cosine_of_the_tilt() {
+    fn constant_sky_irradiance_vector_is_pi_along_the_normal() {
         let cells = Cells::about(1000.0);
         let sky = vec![Rgb::WHITE; cells.count()];
         let found = Expansion::of(cells, &sky, &vec![f32::INFINITY; cells.count()]);
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn cells_count_alike_and_hold_their_directions() {
+    fn cell_count_is_near_target_and_moments_align_with_centres() {
         let cells = Cells::about(500.0);
         assert!((450..550).contains(&cells.count()));
         for cell in 0..cells.count() {

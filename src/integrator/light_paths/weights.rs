@@ -138,7 +138,7 @@ mod tests {
     /// Random paths of up to eight surfaces, some with delta lobes and some from lights that cannot be hit. The reference
     /// are products of all densities in double precision.
     #[test]
-    fn weights_of_the_three_strategies_sum_to_one() {
+    fn mis_weights_of_the_three_strategies_sum_to_one() {
         let seed = &mut 7;
         for path in 0..1_000_000 {
             let surfaces = 1 + path % 8;
@@ -219,7 +219,7 @@ mod tests {
 
     /// The gain is the difference of the second moments by their definition, sum of w_i^2 / p_i, with p_t = 1.
     #[test]
-    fn the_gain_is_the_second_moment_that_light_paths_save() {
+    fn light_path_gain_is_the_second_moment_reduction() {
         let seed = &mut 11;
         for _ in 0..10_000 {
             let [a, b, of_camera] = [0; 3].map(|_| 1.0 / number(seed) - 1.0 + number(seed));

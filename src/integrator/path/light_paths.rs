@@ -149,7 +149,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         for lane in delta.each() {
             // The lens cannot be connected to a delta lobe, and a reflection about a tilted normal is not found in the
             // reverse direction.
-            let is_lost = bounce == 0 || is_mended(at, lane, &scattering.wi);
+            let is_lost = bounce == 0 || is_tilted(at, lane, &scattering.wi);
             if is_lost {
                 block.set_light_path_ratio(lane, 0.0);
             }
@@ -257,7 +257,7 @@ fn reverse_densities<E: Effects>(
         let of_lane: Interaction<E> = at.get(lane);
         let wi = of_lane.frame.to_world(load(&scattering.wi, lane));
         let may_be_mended = |wi: Vec3| {
-            !of_lane.is_flat() && (of_lane.is_mended() || facing(at, lane, wi).is_mended())
+            !of_lane.is_flat() && (of_lane.is_tilted() || facing(at, lane, wi).is_tilted())
         };
         let is_delta = scattering.pdf[lane] == f32::INFINITY;
         if scattering.sampled.has(lane) && !is_delta && (is_single || may_be_mended(wi)) {
@@ -277,10 +277,10 @@ pub(super) fn facing<E: Effects>(at: &InteractionLanes<E>, lane: usize, w: Vec3)
 }
 
 /// Whether the shading normal of a lane is tilted for either direction of a sample, `wi` in the shading frame.
-fn is_mended<E: Effects>(at: &InteractionLanes<E>, lane: usize, wi: &Lanes3) -> bool {
+fn is_tilted<E: Effects>(at: &InteractionLanes<E>, lane: usize, wi: &Lanes3) -> bool {
     let seen: Interaction<E> = at.get(lane);
     let wi = seen.frame.to_world(load(wi, lane));
-    !seen.is_flat() && (seen.is_mended() || facing(at, lane, wi).is_mended())
+    !seen.is_flat() && (seen.is_tilted() || facing(at, lane, wi).is_tilted())
 }
 
 /// The density with which a light path that arrives from the unit vector `wi` continues towards the camera.

@@ -225,7 +225,7 @@ mod tests {
     /// The risk, estimated without the truth, is the noise of the mean of two halves over two pixels, 0.08 / 4, plus
     /// the squared bias.
     #[test]
-    fn the_risk_is_the_squared_error_noise_and_bias_together() {
+    fn estimated_risk_matches_the_expected_squared_error() {
         let mut ratios = Vec::new();
         for seed in 0..20 {
             let (truth, halves) = slope(seed);
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn another_filter_is_taken_where_it_is_better_beyond_doubt() {
+    fn filter_choice_requires_a_significant_gain() {
         let (_, halves) = slope(77);
         let ones = halves[0][0].like(|_| 1.0);
         let unfiltered = Means {

@@ -138,7 +138,7 @@ mod tests {
 
     /// A receding plane: the reciprocal of its distance is affine, so any pixel lies on the tangent at any other.
     #[test]
-    fn a_plane_is_alike_everywhere_however_it_lies() {
+    fn reciprocal_distance_of_a_plane_has_constant_slope() {
         let near = |i: usize| 1.0 + 0.3 * (i % 9) as f32 + 0.05 * (i / 9) as f32;
         let distance = Plane::new(9, 7, (0..63).map(|i| 1.0 / near(i)).collect());
         let features = features(&layers(distance));
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn beside_a_step_the_slope_is_that_of_the_own_side() {
+    fn slope_beside_a_depth_discontinuity_is_one_sided() {
         let distance = Plane::new(6, 1, vec![2.0, 2.0, 2.0, 8.0, 8.0, f32::INFINITY]);
         let features = features(&layers(distance));
         let feature = &features[2];

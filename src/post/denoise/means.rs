@@ -408,7 +408,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_fall_as_the_exponential_does_and_then_are_none() {
+    fn weight_approximates_exponential_and_has_compact_support() {
         assert_eq!([weight(-3.0), weight(0.0)], [1.0; 2]);
         assert_eq!([weight(4.0), weight(f32::INFINITY)], [0.0; 2]);
         for i in 0..40 {
@@ -418,7 +418,7 @@ mod tests {
     }
 
     #[test]
-    fn without_noise_nothing_is_mixed_that_differs() {
+    fn noise_free_image_is_left_unchanged() {
         let values: Vec<f32> = (0..90).map(|i| 1.0 + 1e-4 * i as f32).collect();
         let still = halves(10, values.clone(), 0.0);
         let filtered = means(&still, &[], &comparison(3, 1, 1.0)).remove(0);
@@ -427,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn without_heed_of_colours_it_is_the_mean_of_what_is_near() {
+    fn filter_without_colour_comparison_is_a_box_mean() {
         // Larger than a tile, and not a multiple of one.
         let values: Vec<f32> = (0..70 * 67).map(|i| ((i * 7919) % 101) as f32).collect();
         let noisy = halves(70, values, 1.0);
@@ -442,7 +442,7 @@ mod tests {
 
     /// Two levels, 10 standard errors apart: each pixel becomes the mean of its own level.
     #[test]
-    fn levels_far_apart_are_kept_apart() {
+    fn levels_ten_standard_errors_apart_are_not_mixed() {
         let values: Vec<f32> = (0..20 * 20)
             .map(|i| if i % 20 < 10 { 0.0 } else { 10.0 })
             .collect();

@@ -54,7 +54,7 @@ impl Denoiser {
                 "denoise nlm: neighbouring pixels are mixed, less so the less noise there is"
             }
             #[cfg(feature = "oidn")]
-            Self::OpenImageDenoise => "denoise oidn: a trained network made this picture",
+            Self::OpenImageDenoise => "denoise oidn: a trained network made this image",
         }
     }
 

@@ -37,7 +37,7 @@ impl Noisy {
         };
         if picture.layer(FILTERED_LAYER).is_some() {
             return Err(in_file(Error::scene(
-                "is filtered already: expected a picture that `etendue render --layers` wrote without --denoise",
+                "is filtered already: expected an image that `etendue render --layers` wrote without --denoise",
             )));
         }
         let size = [picture.image.width(), picture.image.height()].map(|side| side as usize);

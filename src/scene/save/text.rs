@@ -114,7 +114,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn numbers_are_short() {
+    fn numbers_are_written_in_short_decimal_form() {
         assert_eq!(number(1.0), "1");
         assert_eq!(number(-0.25), "-0.25");
         assert_eq!(single(0.1), "0.1");
@@ -129,14 +129,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_number_comes_back(x: f64, y: f32) {
+        fn finite_numbers_round_trip_exactly(x: f64, y: f32) {
             prop_assume!(x.is_finite() && y.is_finite());
             prop_assert_eq!(number(x).parse::<f64>().expect("a number"), x);
             prop_assert_eq!(single(y).parse::<f64>().expect("a number") as f32, y);
         }
 
         #[test]
-        fn every_angle_comes_back(radians in 1e-9_f64..3.2) {
+        fn angles_round_trip_exactly(radians in 1e-9_f64..3.2) {
             let text = angle(radians);
             let read = match text.strip_prefix("{ radians = ") {
                 Some(rest) => rest.trim_end_matches(" }").parse().expect("a number"),

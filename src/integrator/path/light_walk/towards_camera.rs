@@ -74,7 +74,7 @@ pub(super) fn towards_camera<E: Effects>(
         let of_lane: Interaction<E> = at.get(lane);
         let may_be_mended = || {
             let along: Vec3 = load(w, lane);
-            !of_lane.is_flat() && (of_lane.is_mended() || facing(at, lane, along).is_mended())
+            !of_lane.is_flat() && (of_lane.is_tilted() || facing(at, lane, along).is_tilted())
         };
         if !bsdfs.singly.has(lane) && !may_be_mended() {
             continue;

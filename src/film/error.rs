@@ -180,13 +180,19 @@ impl RelativeVariances {
         let mut pixels: Vec<usize> = (0..self.count()).collect();
         // Largest first; ties in the order of the pixels.
         pixels.sort_by(|&a, &b| self.part(b).total_cmp(&self.part(a)).then(a.cmp(&b)));
+        let blocks = self.blocks();
+        let mut differences = vec![0.0; blocks.count];
         let (mut rest, mut squares) = (0.0, 0.0);
         let (mut best, mut bright, mut share) = (0.0, self.count(), 1.0);
         // From the smallest on: subtracting the largest term from the sum would leave only rounding error.
         for (place, &index) in pixels.iter().enumerate().rev() {
             rest += self.part(index);
-            squares += self.difference(index).powi(2);
-            best = f64::max(best, rest - SURE * (0.75 * squares).sqrt());
+            // The sum of squares over blocks, one of which gets another pixel.
+            let block = &mut differences[blocks.block_of(index)];
+            let difference = self.difference(index);
+            squares += difference * (2.0 * *block + difference);
+            *block += difference;
+            best = f64::max(best, rest - SURE * (0.75 * squares).max(0.0).sqrt());
             if rest <= 0.5 * mse {
                 (bright, share) = (place, 1.0 - rest / mse);
             }

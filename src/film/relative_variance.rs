@@ -53,6 +53,22 @@ pub(super) struct RelativeVariances {
     pub(super) largest_sample: f64,
 }
 
+/// Square blocks of pixels, which contain nearly all correlation of neighbours.
+pub(super) struct Blocks {
+    width: usize,
+    edge: usize,
+    across: usize,
+    /// Their number.
+    pub(super) count: usize,
+}
+
+impl Blocks {
+    /// The block of a pixel.
+    pub(super) fn block_of(&self, index: usize) -> usize {
+        index / self.width / self.edge * self.across + index % self.width / self.edge
+    }
+}
+
 impl RelativeVariances {
     /// Estimates the relative variances of a film; `None` without a sample in each batch of every pixel, or if a half
     /// of the batches is black.
@@ -107,6 +123,16 @@ impl RelativeVariances {
 
     /// The term of each block in the difference between the halves' estimates.
     pub(super) fn block_differences(&self) -> Vec<f64> {
+        let blocks = self.blocks();
+        let mut differences = vec![0.0; blocks.count];
+        for index in 0..self.count() {
+            differences[blocks.block_of(index)] += self.difference(index);
+        }
+        differences
+    }
+
+    /// The blocks of pixels.
+    pub(super) fn blocks(&self) -> Blocks {
         let [width, height] = [self.width, self.halves[0].len() / self.width];
         let blocks = |edge: usize| width.div_ceil(edge) * height.div_ceil(edge);
         // Blocks of a few times the reach contain nearly all correlation of neighbours.
@@ -115,13 +141,12 @@ impl RelativeVariances {
         while edge > least && blocks(edge) < LEAST_BLOCKS {
             edge /= 2;
         }
-        let across = width.div_ceil(edge);
-        let mut differences = vec![0.0; blocks(edge)];
-        for index in 0..self.halves[0].len() {
-            let block = index / width / edge * across + index % width / edge;
-            differences[block] += self.difference(index);
+        Blocks {
+            width,
+            edge,
+            across: width.div_ceil(edge),
+            count: blocks(edge),
         }
-        differences
     }
 
     /// The term of a pixel in the difference between the halves' estimates.

@@ -215,6 +215,24 @@ fn default_material_is_rough_metal_and_factors_are_read() {
     assert!(scene.lights.is_empty(), "the surface is a lamp");
 }
 
+#[test]
+fn glowing_model_without_a_camera_gets_a_sky() {
+    let scene = with_material("\"emissiveFactor\":[1,0.5,0]", "");
+    assert_eq!(
+        scene.shapes[0].emission,
+        Some(Rgb::new(1.0, 0.5, 0.0).into())
+    );
+    assert_eq!(scene.lights.len(), 1, "a sky");
+}
+
+#[test]
+fn negative_normal_scale_is_read() {
+    let keys = "\"normalTexture\":{\"index\":0,\"scale\":-0.5}";
+    let scene = with_material(keys, &textures(""));
+    let map = material(&scene).normal_map.as_ref().expect("a map");
+    assert_eq!(map.strength, -0.5);
+}
+
 fn textures(more: &str) -> String {
     format!(
         ",\"images\":[{{\"uri\":\"{}\"}}],\"textures\":[{{\"source\":0,\"sampler\":0}}],\"samplers\":[{{{more}}}]",
@@ -341,6 +359,29 @@ fn light_intensities_are_converted_at_683_lumens_per_watt() {
     assert!(
         matches!(spot.model, LightModel::Spot { target, cone: 0.75, penumbra: 0.5, .. }
         if (target - DVec3::Y).length() < 1e-6)
+    );
+}
+
+/// Blender writes equal angles for a spot with a sharp edge.
+#[test]
+fn spot_light_of_equal_cone_angles_has_no_penumbra() {
+    let (builder, [all, _, indices]) = square();
+    let sharp = LIGHTS.replace("0.25", "0.75");
+    let scene = builder.load(&format!(
+        "\"meshes\":[{{\"primitives\":[{{\"attributes\":{{\"POSITION\":{all}}},\"indices\":{indices}}}]}}],\
+         \"nodes\":[{{\"mesh\":0}},{{\"extensions\":{{\"KHR_lights_punctual\":{{\"light\":2}}}}}}]{sharp}"
+    ));
+    assert!(
+        matches!(
+            scene.lights[0].model,
+            LightModel::Spot {
+                cone: 0.75,
+                penumbra: 0.0,
+                ..
+            }
+        ),
+        "{:?}",
+        scene.lights
     );
 }
 

@@ -69,6 +69,22 @@ impl Costs {
     }
 }
 
+/// The least pace of a sample at the scene's own size, over that of a smaller image with as many pixels.
+const LEAST_PACE: f64 = 0.5;
+
+/// The law at the scene's own size, of which few renders may take the time of samples for that before the first: then that of the
+/// smaller image, of which there are more, for `share` times as many pixels.
+fn plausible(own: TimeLaw, small: &TimeLaw, share: f64) -> TimeLaw {
+    let expected = TimeLaw {
+        start: share * small.start,
+        sample: share * small.sample,
+    };
+    match own.sample < LEAST_PACE * expected.sample {
+        true => expected,
+        false => own,
+    }
+}
+
 impl Study<'_> {
     /// Measures the cost of renders and plans them; `None` if it was cancelled.
     pub(super) fn plan(&mut self, watch: &Watch<'_>) -> Result<Option<(Costs, Schedule)>> {
@@ -81,11 +97,20 @@ impl Study<'_> {
                 for study in &mut self.report.variants {
                     study.own_size = Some(study.warm_up);
                 }
+                let full = self.prepared.size();
                 self.on_film(size);
                 let Some(again) = self.warm_up(watch)? else {
                     return Ok(None);
                 };
                 costs = again;
+                let pixels = |(width, height)| f64::from(width) * f64::from(height);
+                let share = pixels(full) / pixels(size);
+                for study in &mut self.report.variants {
+                    let own = study
+                        .own_size
+                        .map(|own| plausible(own, &study.warm_up, share));
+                    study.own_size = own;
+                }
             }
         }
         let schedule = self.schedule(&costs, watch)?;
@@ -213,6 +238,17 @@ mod tests {
             laws: vec![law; 2],
             reference: law,
         }
+    }
+
+    #[test]
+    fn implausible_pace_at_full_size_is_replaced() {
+        let law = |start, sample| TimeLaw { start, sample };
+        let small = law(0.002, 0.01);
+        let own = law(0.0, 0.2);
+        assert_eq!(plausible(own, &small, 25.0), own);
+        // Of renders of one and two samples, the first of which was disturbed.
+        let expected = law(0.05, 0.25);
+        assert_eq!(plausible(law(0.69, 0.006), &small, 25.0), expected);
     }
 
     #[test]

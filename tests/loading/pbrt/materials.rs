@@ -1,6 +1,6 @@
 //! Materials, textures and colours of pbrt files.
 
-use super::{constant, model, near, notes, world, world_with};
+use super::{HEAD, constant, model, near, notes, world, world_with};
 use etendue::internals::geometry::texture::Texture;
 use etendue::internals::image::{Image, WriteOptions, write};
 use etendue::internals::math::rgb::Rgb;
@@ -246,6 +246,44 @@ fn shapes_with_equal_alpha_share_a_material() {
         &scene.shapes[3].geometry,
         GeometryDescription::Mesh(_)
     ));
+}
+
+/// pbrt takes the alpha channel of an image for its number, unless the image is opaque.
+#[test]
+fn float_image_with_alpha_is_its_alpha_channel() {
+    let mut png = vec![];
+    let samples = [10, 20, 30, 51, 10, 20, 30, 255];
+    let encoder = image::codecs::png::PngEncoder::new(&mut png);
+    image::ImageEncoder::write_image(encoder, &samples, 2, 1, image::ExtendedColorType::Rgba8)
+        .expect("encoded");
+    let text = "Texture \"a\" \"float\" \"imagemap\" \"string filename\" \"t.png\"\n\
+        Shape \"sphere\" \"texture alpha\" \"a\"";
+    let scene = world_with(text, [("t.png", png)]);
+    let material = scene.shapes.last().expect("a sphere").material;
+    let ColourDescription::Texture(alpha) = &scene.materials[material].alpha else {
+        panic!("a texture")
+    };
+    let at = |u: f32| alpha.lookup(Vec2::new(u, 0.5)).to_array()[0];
+    assert_eq!((at(0.25), at(0.75)), (0.2, 1.0));
+}
+
+#[test]
+fn values_below_zero_of_images_are_clamped_with_a_note() {
+    let text = "Texture \"a\" \"float\" \"imagemap\" \"string filename\" \"t.pfm\" \"float scale\" -3\n\
+        Shape \"sphere\" \"texture alpha\" \"a\"";
+    let scene = world_with(text, [("t.pfm", picture())]);
+    assert!(notes(&scene).contains(&(NoteKind::Approximation, HEAD.lines().count() + 1)));
+}
+
+#[test]
+fn invisible_area_light_stays_a_light() {
+    let text =
+        "AreaLightSource \"diffuse\" \"rgb L\" [ 3 3 3 ]\nShape \"sphere\" \"float alpha\" 0";
+    let scene = world(text);
+    let lamp = scene.shapes.last().expect("a lamp");
+    assert!(lamp.emission.is_some());
+    assert_eq!(constant(&scene.materials[lamp.material].alpha), Rgb::WHITE);
+    assert!(notes(&scene).contains(&(NoteKind::Approximation, HEAD.lines().count() + 2)));
 }
 
 #[test]

@@ -36,7 +36,7 @@ struct Report {
     reached: Option<bool>,
     /// The samples per pixel of a render that reaches it, by the error so far.
     needed_spp: Option<u64>,
-    /// What biases the image.
+    /// The causes of bias in the image.
     bias: Vec<String>,
     /// The samples that were not finite and are left out.
     rejected: u64,

@@ -16,30 +16,6 @@ pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<()> {
-    replace(path, write)
-}
-
-/// Replaces the file at `path` by the output of `write`, atomically also if the power fails: the file is on the disk
-/// before it is renamed.
-pub fn write_durably(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-) -> Result<()> {
-    replace(path, write)?;
-    // Where a folder cannot be opened, the new name is on the disk somewhat later.
-    if let Ok(folder) = File::open(folder_of(path)) {
-        folder
-            .sync_all()
-            .map_err(|cause| Error::io("cannot write", path, cause))?;
-    }
-    Ok(())
-}
-
-/// Replaces the file at `path` atomically by the output of `write`.
-fn replace(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
-) -> Result<()> {
     let cannot_write = |cause| Error::io("cannot write", path, cause);
     let fill = |file: &mut File| {
         let mut writer = BufWriter::new(file);
@@ -59,6 +35,22 @@ fn replace(
     temporary
         .persist(&target)
         .map_err(|failure| cannot_write(failure.error))?;
+    Ok(())
+}
+
+/// Replaces the file at `path` by the output of `write`, atomically also if the power fails: the file is on the disk
+/// before it is renamed.
+pub fn write_durably(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<()> {
+    write_atomically(path, write)?;
+    // Where a folder cannot be opened, the new name is on the disk somewhat later.
+    if let Ok(folder) = File::open(folder_of(path)) {
+        folder
+            .sync_all()
+            .map_err(|cause| Error::io("cannot write", path, cause))?;
+    }
     Ok(())
 }
 

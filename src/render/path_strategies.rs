@@ -68,7 +68,7 @@ pub fn path_strategies(
         reuse: ReuseRule::Pixels(Reuse::Off),
         ..settings.clone()
     };
-    let pictures = PathStrategy::ALL.map(|_| Splats::new(settings.window));
+    let splats = PathStrategy::ALL.map(|_| Splats::new(settings.window));
     let film = Film::new(settings.window, settings.tile_size);
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
     let integrator = dispatch::path_with_all(settings);
@@ -77,7 +77,7 @@ pub fn path_strategies(
         film.tiles().par_iter().with_max_len(1).for_each(|tile| {
             let job = TileJob {
                 view: *view,
-                pictures: &pictures,
+                splats: &splats,
                 image: settings.window,
                 tile: tile.window,
                 spp,
@@ -87,13 +87,13 @@ pub fn path_strategies(
             dispatch::first_or_last(kernel, job);
         });
     });
-    Ok(pictures.map(|picture| strategies::image_of(&picture, settings.window, spp)))
+    Ok(splats.map(|it| strategies::image_of(&it, settings.window, spp)))
 }
 
 /// The job of sampling a tile.
 struct TileJob<'a> {
     view: RenderInput<'a>,
-    pictures: &'a [Splats; 3],
+    splats: &'a [Splats; 3],
     image: Window,
     tile: Window,
     spp: u64,
@@ -141,12 +141,12 @@ impl KernelJob for TileJob<'_> {
                     );
                     self.add(PathStrategy::LightSampling, &index, lane, weight * lit);
                 }
-                let splats = &mut light_path_splats;
-                camera_rays.trace_light_paths(scene, integrator, self.tile, splats);
-                let picture = &self.pictures[PathStrategy::LightPaths as usize];
-                for it in splats.splats.drain(..).map(|it| it.splat) {
+                let found = &mut light_path_splats;
+                camera_rays.trace_light_paths(scene, integrator, self.tile, found);
+                let splats = &self.splats[PathStrategy::LightPaths as usize];
+                for it in found.splats.drain(..).map(|it| it.splat) {
                     if it.value.is_finite() {
-                        picture.add(filter, sample, it.film, it.value);
+                        splats.add(filter, sample, it.film, it.value);
                     }
                 }
             }
@@ -161,7 +161,7 @@ impl TileJob<'_> {
             // The sums are divided by the samples of all pixels, of which each pixel has one in `pixel_count`.
             let value = self.image.pixel_count() as f32 * value;
             let pixel = index.block.pixel(lane);
-            self.pictures[strategy as usize].add_to_pixel(index.sample, pixel, value);
+            self.splats[strategy as usize].add_to_pixel(index.sample, pixel, value);
         }
     }
 }

@@ -7,7 +7,7 @@
 use super::budget::PlannerState;
 use super::convergence::{Look, PowerLaw, stated};
 use super::progress::Predicted;
-use super::settings::{Adaptive, RenderSettings};
+use super::settings::{Adaptive, ErrorTarget, RenderSettings};
 use super::tally::Rejected;
 use crate::film::filter::Filter;
 use crate::film::{ErrorEstimate, Film};
@@ -79,6 +79,12 @@ impl Rendered {
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let error = self.film.error(confidence)?;
         Some(stated(error, self.even_spp(), &self.looks))
+    }
+
+    /// Whether the bound of the error is at most the requested one.
+    pub fn meets(&self, target: ErrorTarget) -> bool {
+        let error = self.error(target.confidence);
+        error.is_some_and(|error| error.upper_bound <= target.rel_rmse)
     }
 
     /// The samples per pixel, distributed evenly, that have this error: those by which looks are compared.

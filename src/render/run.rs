@@ -184,14 +184,9 @@ impl<'a> Run<'a> {
         self.record(rendered, &planner, allocator.allocation());
         rendered.cancelled = self.cancelled.into_inner();
         // Where another limit ends the render between two looks, the error may be small enough already.
-        let is_reached_at_the_end = || {
-            let target = planner.target()?;
-            let error = rendered.error(target.confidence)?;
-            Some(error.upper_bound <= target.rel_rmse)
-        };
         rendered.reached = is_reached
             || planner.is_reached()
-            || (!rendered.cancelled && is_reached_at_the_end() == Some(true));
+            || (!rendered.cancelled && planner.target().is_some_and(|it| rendered.meets(it)));
         rendered.predicted = shown.predicted;
     }
 

@@ -92,7 +92,7 @@ pub fn load_with(path: &Path, camera: Option<&str>) -> Result<SceneDescription> 
 }
 
 /// The file of this name in the folder of another file. Programs on Windows write backslashes between folders.
-fn named_beside(path: &Path, name: &str) -> PathBuf {
+fn beside(path: &Path, name: &str) -> PathBuf {
     let folder = path.parent().unwrap_or(Path::new(""));
     let file = folder.join(name);
     if name.contains('\\') && !file.exists() {

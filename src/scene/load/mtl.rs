@@ -19,7 +19,7 @@
 use super::colour::Textures;
 use super::contents::Contents;
 use super::wording::{shown, unknown_name};
-use super::{named_beside, read_text};
+use super::{beside, read_text};
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};
@@ -184,7 +184,7 @@ impl Entry {
                         shown(options)
                     ));
                 }
-                let file = named_beside(&self.place.file, file);
+                let file = beside(&self.place.file, file);
                 self.pictures.insert(picture, (file, line));
             }
         }

@@ -8,7 +8,7 @@ use super::contents::Contents;
 use super::mtl;
 use super::obj_text::{Complaint, ObjText};
 use super::wording::{shown, unknown_name};
-use super::{named_beside, read_text};
+use super::{beside, read_text};
 use crate::error::{Error, Result};
 use crate::math::vec::{DVec2, DVec3};
 use crate::scene::description::{
@@ -142,13 +142,13 @@ fn named_in(error: Error, path: &Path, line: usize) -> Error {
 
 /// Returns the files of one `mtllib`: a name that may contain spaces, or else several names.
 fn library_files(path: &Path, written: &str) -> Vec<PathBuf> {
-    let whole = named_beside(path, written);
+    let whole = beside(path, written);
     if whole.exists() || !written.contains(char::is_whitespace) {
         vec![whole]
     } else {
         written
             .split_whitespace()
-            .map(|name| named_beside(path, name))
+            .map(|name| beside(path, name))
             .collect()
     }
 }

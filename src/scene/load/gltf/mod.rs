@@ -64,7 +64,7 @@ pub fn load(path: &Path, camera: Option<&str>) -> Result<SceneDescription> {
     let mut lights = lights(&asset, &placed)?;
     let camera = camera_of(&asset, &placed, camera, &mut contents)?;
     let emissions = contents.shapes.iter().filter_map(|it| it.emission.as_ref());
-    // What glows on a model, such as its screens, is no lamp for who looks at the model alone.
+    // Without a camera, glowing parts of a model, such as its screens, do not count as its lamps.
     let is_lamp = |it: &ColourDescription| camera.is_some() || most(it).max_channel() > 1.0;
     let is_lit = !lights.is_empty() || emissions.into_iter().any(is_lamp);
     lights.extend(sky_unless(is_lit, path, &mut contents));

@@ -5,8 +5,8 @@
 //! 1000 in all, so that neither a cycle nor a bomb ends badly.
 //! Source: Mitsuba 3 documentation, "Scene XML file format". Tested in `tests/loading/mitsuba.rs`.
 
-use super::super::read_text;
 use super::super::wording::{shown, unknown_name};
+use super::super::{beside, read_text};
 use super::object::{Object, Property, Value};
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
@@ -15,7 +15,7 @@ use crate::scene::description::Place;
 use roxmltree::{Document, Node};
 use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::rc::Rc;
 
 const MOST_NESTED: usize = 64;
@@ -465,9 +465,4 @@ impl Reader {
         }
         self.colour(source, node)
     }
-}
-
-/// Returns the path of a file that another one names.
-pub fn beside(path: &Path, name: &str) -> PathBuf {
-    path.parent().unwrap_or(Path::new("")).join(name)
 }

@@ -5,9 +5,9 @@
 //! Source: Mitsuba 3 documentation, "Emitters". Tested in `tests/loading/mitsuba.rs` and by
 //! `scripts/against-mitsuba.py`.
 
+use super::super::beside;
 use super::super::contents::Contents;
 use super::super::wording::unknown_name;
-use super::document::beside;
 use super::object::{Object, Value};
 use super::texture::{self, Kind};
 use crate::error::Result;

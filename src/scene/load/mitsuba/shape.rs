@@ -4,10 +4,10 @@
 //! Range: an unknown type is an error; notes name what is approximated.
 //! Source: Mitsuba 3 documentation, "Shapes". Tested in `tests/loading/mitsuba.rs`.
 
+use super::super::beside;
 use super::super::contents::Contents;
 use super::super::wording::unknown_name;
 use super::super::{obj, ply};
-use super::document::beside;
 use super::material::{Surface, material};
 use super::mesh::{self, MeshOptions};
 use super::object::Object;

@@ -5,9 +5,9 @@
 //! Range: bitmap and checkerboard; others are errors.
 //! Source: Mitsuba 3 documentation, "Textures". Tested in `tests/loading/mitsuba.rs`.
 
+use super::super::beside;
 use super::super::contents::Contents;
 use super::super::wording::unknown_name;
-use super::document::beside;
 use super::object::Object;
 use crate::error::Result;
 use crate::geometry::texture::Texture;

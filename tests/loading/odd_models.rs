@@ -216,3 +216,60 @@ fn adversarial_obj_loads_with_expected_shapes_and_short_names() {
     assert_eq!(scene.shapes.len(), 1 + 20_000 + 2);
     assert!(scene.shapes.iter().all(|shape| shape.name.len() < 100));
 }
+
+fn omissions(scene: &SceneDescription) -> Vec<(Option<usize>, &str)> {
+    let is_omission = |note: &&Note| note.kind == NoteKind::Omission;
+    let notes = scene.notes.iter().filter(is_omission);
+    notes
+        .map(|note| (note.place.line, note.text.as_str()))
+        .collect()
+}
+
+#[test]
+fn missing_images_of_used_materials_are_noted_and_left_out() {
+    let model = format!("mtllib a.mtl\nusemtl a\n{TRIANGLE}");
+    let library =
+        "newmtl a\nKd .5 0 0\nmap_Kd C:\\lost\\wood.png\nmap_Ke\nnewmtl b\nmap_Kd none.png\n";
+    let scene = load_model(&model, library);
+    let notes = omissions(&scene);
+    assert_eq!(notes[0], (Some(4), "an image without a file; left out"));
+    assert_eq!((notes.len(), notes[1].0), (2, Some(3)), "{notes:?}");
+    assert!(notes[1].1.contains("wood.png is missing"), "{notes:?}");
+    let material = &scene.materials[scene.shapes[0].material].model;
+    let MaterialModel::Diffuse { reflectance } = material else {
+        panic!("{material:?}")
+    };
+    assert_eq!(reflectance.constant(), Some(Rgb::new(0.5, 0.0, 0.0)));
+}
+
+#[test]
+fn models_of_other_encodings_are_read() {
+    let model = [b"mtllib a.mtl\nusemtl r\xf6t\n", TRIANGLE.as_bytes()].concat();
+    let folder = SceneFolder::new([
+        ("a.obj", model.as_slice()),
+        ("a.mtl", b"# gr\xfc\xdfe\nnewmtl r\xf6t\nKd 1 0 0\n"),
+    ]);
+    let scene = folder.load("a.obj");
+    assert_eq!(scene.materials[scene.shapes[0].material].name, "r\u{f6}t");
+    assert_eq!(omissions(&scene), []);
+}
+
+#[test]
+fn colours_of_obj_vertices_are_noted() {
+    let model = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 1\nf 1 2 3\n";
+    let scene = load_model(model, "");
+    let expected = (None, "the colours of 2 vertices were left out");
+    assert_eq!(omissions(&scene), [expected]);
+}
+
+#[test]
+fn concave_faces_are_covered_once() {
+    let arrow = "v 2 1 0\nv 0 0 0\nv 2 -1 0\nv 0.5 0 0\nf 1 2 3 4\n";
+    let scene = load_model(arrow, "");
+    let mesh = mesh(&scene.shapes[0]);
+    let areas = mesh.indices.iter().map(|t| {
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+        (b - a).cross(c - a).z / 2.0
+    });
+    assert_eq!(areas.collect::<Vec<f64>>(), [0.25; 2]);
+}

@@ -206,6 +206,48 @@ fn two_vertex_faces_and_per_corner_texcoords_are_noted() {
 }
 
 #[test]
+fn concave_polygons_are_covered_once() {
+    // An arrow head, whose first corner does not see the last but one; vertices may follow the faces.
+    let vertices = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+    let faces = "element face 1\nproperty list uchar int vertex_indices\n";
+    let (points, face) = ("2 1 0\n0 0 0\n2 -1 0\n0.5 0 0\n", "4 0 1 2 3\n");
+    for (elements, body) in [
+        (vertices.to_owned() + faces, points.to_owned() + face),
+        (faces.to_owned() + vertices, face.to_owned() + points),
+    ] {
+        let text = format!("ply\nformat ascii 1.0\n{elements}end_header\n{body}");
+        let scene = read(text).unwrap_or_else(|error| panic!("{error}"));
+        let mesh = mesh(&scene);
+        let area = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+            (b - a).cross(c - a).z / 2.0
+        };
+        let areas: Vec<f64> = mesh.indices.iter().map(area).collect();
+        assert_eq!(areas, [0.25; 2], "{:?}", mesh.indices);
+    }
+}
+
+#[test]
+fn texture_of_a_comment_is_noted_and_comments_may_have_any_encoding() {
+    let text = b"ply\nformat ascii 1.0\ncomment TextureFile my wood.png\ncomment K\xf6rper\n\
+        element vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let scene = read(text).unwrap_or_else(|error| panic!("{error}"));
+    let noted = scene
+        .notes
+        .iter()
+        .map(|note| (note.place.line, note.text.as_str()));
+    assert!(
+        noted
+            .into_iter()
+            .any(|note| note == (Some(3), "the image my wood.png was left out")),
+        "{:?}",
+        scene.notes
+    );
+}
+
+#[test]
 fn truncated_ply_is_rejected_at_every_length() {
     for format in FORMATS {
         let whole = file(format);

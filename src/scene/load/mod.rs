@@ -21,6 +21,7 @@ mod obj;
 mod obj_text;
 mod pbrt;
 mod ply;
+mod polygon;
 mod reader;
 mod shape;
 mod spectrum;
@@ -102,6 +103,26 @@ fn beside(path: &Path, name: &str) -> PathBuf {
     }
 }
 
+/// Reads a text of any encoding that extends ASCII: UTF-8, or else each byte as the character of its number. Names in it
+/// that two files have in common remain equal.
+///
+/// # Errors
+/// If the file cannot be read, or is not a regular file.
+fn read_any_text(path: &Path) -> Result<String> {
+    let bytes = read_bytes(path)?;
+    let text = String::from_utf8(bytes)
+        .unwrap_or_else(|error| error.into_bytes().into_iter().map(char::from).collect());
+    Ok(without_mark(text))
+}
+
+/// Returns a text without its byte order mark.
+fn without_mark(text: String) -> String {
+    match text.strip_prefix('\u{feff}') {
+        Some(rest) => rest.to_owned(),
+        None => text,
+    }
+}
+
 /// Reads a text file, without its byte order mark.
 ///
 /// # Errors
@@ -118,10 +139,7 @@ fn read_text(path: &Path) -> Result<String> {
             .in_file(path)
             .at_line(line)
     })?;
-    Ok(match text.strip_prefix('\u{feff}') {
-        Some(rest) => rest.to_owned(),
-        None => text,
-    })
+    Ok(without_mark(text))
 }
 
 /// Reads a file.

@@ -45,6 +45,14 @@ pub fn load_ply(path: &Path) -> Result<SceneDescription> {
     for note in model.notes {
         contents.note(note);
     }
+    if let Some((name, line)) = model.texture_file {
+        let place = Place {
+            file: path.to_path_buf(),
+            line: Some(line),
+        };
+        let text = format!("the image {} was left out", shown(&name));
+        contents.note(Note::at(place, NoteKind::Omission, text));
+    }
     let place = Place {
         file: path.to_path_buf(),
         line: None,

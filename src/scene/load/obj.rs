@@ -1,14 +1,15 @@
 //! Reads Wavefront OBJ files: one shape per group and material.
 //!
 //! Measure: the file's own units, in double precision; v of texture coordinates points up.
-//! Range: a file with at least one face; polygons are split into triangle fans, which is correct for convex ones.
+//! Range: a file with at least one face; polygons are cut into triangles.
 //! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 use super::contents::Contents;
 use super::mtl;
 use super::obj_text::{Complaint, ObjText};
+use super::polygon::Fans;
 use super::wording::{shown, unknown_name};
-use super::{beside, read_text};
+use super::{beside, read_any_text};
 use crate::error::{Error, Result};
 use crate::math::vec::{DVec2, DVec3};
 use crate::scene::description::{
@@ -31,7 +32,7 @@ pub fn load(
     material: Option<usize>,
     contents: &mut Contents,
 ) -> Result<Vec<ShapeDescription>> {
-    let mut obj = ObjText::read(&read_text(path)?).map_err(at(path))?;
+    let mut obj = ObjText::read(&read_any_text(path)?).map_err(at(path))?;
     if obj.parts.is_empty() {
         return Err(Error::scene("expected a model, found no faces").in_file(path));
     }
@@ -42,6 +43,10 @@ pub fn load(
             NoteKind::Omission,
             format!("{count} points and lines were left out"),
         ));
+    }
+    if obj.coloured > 0 && material.is_none() {
+        let text = format!("the colours of {} vertices were left out", obj.coloured);
+        contents.note(Note::at(whole_file(path), NoteKind::Omission, text));
     }
     let surfaces: Vec<Surface> = match material {
         Some(index) => vec![(index, None); obj.materials.len()],
@@ -126,6 +131,7 @@ fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<S
             contents.note(Note::at(on(path, *line), NoteKind::Omission, text));
             return Ok((contents.default_material(), None));
         };
+        entry.missing_images().for_each(|note| contents.note(note));
         let here = |error| named_in(error, path, *line);
         let material = entry.material(&mut contents.textures).map_err(here)?;
         let emission = entry.emission(&mut contents.textures).map_err(here)?;
@@ -157,7 +163,6 @@ fn library_files(path: &Path, written: &str) -> Vec<PathBuf> {
 fn parse(text: &str) -> std::result::Result<Vec<tobj::Model>, tobj::LoadError> {
     let options = tobj::LoadOptions {
         single_index: true,
-        triangulate: true,
         ..Default::default()
     };
     let no_libraries = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
@@ -166,13 +171,35 @@ fn parse(text: &str) -> std::result::Result<Vec<tobj::Model>, tobj::LoadError> {
 
 fn to_mesh(mesh: &tobj::Mesh) -> MeshDescription {
     let (uvs, _) = mesh.texcoords.as_chunks();
-    let (indices, _) = mesh.indices.as_chunks();
+    let positions = triples(&mesh.positions);
     MeshDescription {
-        positions: triples(&mesh.positions),
+        indices: triangles(mesh, &positions),
+        positions,
         normals: triples(&mesh.normals),
         uvs: uvs.iter().copied().map(DVec2::from_array).collect(),
-        indices: indices.to_vec(),
     }
+}
+
+/// Cuts the faces of a mesh.
+fn triangles(mesh: &tobj::Mesh, positions: &[DVec3]) -> Vec<[u32; 3]> {
+    if mesh.face_arities.is_empty() {
+        return mesh.indices.as_chunks().0.to_vec();
+    }
+    let mut triangles = Vec::with_capacity(mesh.indices.len() - 2 * mesh.face_arities.len());
+    let mut fans = Fans::default();
+    let mut rest = mesh.indices.as_slice();
+    for &arity in &mesh.face_arities {
+        let (corners, after) = rest.split_at(arity as usize);
+        let start = triangles.len();
+        let others = corners[1..].windows(2);
+        triangles.extend(others.map(|pair| [corners[0], pair[0], pair[1]]));
+        if arity > 3 {
+            fans.push(start..triangles.len());
+        }
+        rest = after;
+    }
+    fans.cut_concave(&mut triangles, positions);
+    triangles
 }
 
 fn triples(numbers: &[f64]) -> Vec<DVec3> {

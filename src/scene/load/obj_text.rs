@@ -33,6 +33,8 @@ pub struct ObjText {
     pub materials: Vec<(usize, String)>,
     /// Number of points and lines that were left out.
     pub left_out: usize,
+    /// Number of vertices with a colour.
+    pub coloured: usize,
 }
 
 /// The faces of one group and one material, with texture coordinates and normals for all corners or for none.
@@ -142,13 +144,13 @@ impl Reader {
         &mut self,
         kind: usize,
         keyword: &str,
-        words: impl Iterator<Item = &'a str>,
+        mut words: impl Iterator<Item = &'a str>,
         least: usize,
     ) -> Result<(), String> {
         let most = least.max(2);
         let mut found = 0;
         self.obj.vertices.push_str(keyword);
-        for word in words.take(most) {
+        for word in words.by_ref().take(most) {
             // 1e999 parses as infinity.
             if !word.parse().is_ok_and(f64::is_finite) {
                 return Err(format!("expected a finite number, found `{}`", shown(word)));
@@ -164,6 +166,8 @@ impl Reader {
             self.obj.vertices.push_str(" 0");
         }
         self.obj.vertices.push('\n');
+        // Either a weight follows the coordinates, or red, green and blue.
+        self.obj.coloured += usize::from(kind == 0 && words.count() >= 3);
         self.counts[kind] += 1;
         Ok(())
     }
@@ -330,6 +334,7 @@ mod tests {
     #[test]
     fn extra_vertex_components_are_dropped() {
         let mut obj = ObjText::read("v 1 2 3 0\nv 1 2 3 .5 .5 .5\nvt 1 2 3\n").expect("valid");
+        assert_eq!(obj.coloured, 1);
         assert_eq!(obj.for_parser(), "v 1 2 3\nv 1 2 3\nvt 1 2\n");
     }
 

@@ -6,6 +6,7 @@
 
 use super::complaint::Complaint;
 use crate::scene::load::wording::{shown, unknown_name};
+use std::borrow::Cow;
 
 /// How the body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -122,6 +123,8 @@ impl Element {
 pub struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
+    /// The image that a comment names, as MeshLab writes it, and the line of the comment.
+    pub texture_file: Option<(String, usize)>,
     /// The number of lines, which is also that of the last one.
     pub lines: usize,
     /// The number of bytes.
@@ -141,6 +144,7 @@ impl Header {
         };
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
+        let mut texture_file = None;
         if lines.next()? != "ply" {
             return Err(lines.wrong("expected a PLY file, which begins with `ply`"));
         }
@@ -149,6 +153,10 @@ impl Header {
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
             match words.as_slice() {
                 ["end_header"] => break,
+                ["comment", "TextureFile", ..] => {
+                    let (_, name) = text.split_once("TextureFile").unwrap_or_default();
+                    texture_file.get_or_insert_with(|| (name.trim().to_owned(), lines.line));
+                }
                 [] | ["comment" | "obj_info", ..] => {}
                 ["format", name, "1.0"] => {
                     encoding = Some(match *name {
@@ -182,7 +190,7 @@ impl Header {
                 _ => {
                     let why = format!(
                         "expected format, element, property, comment or end_header, found `{}`",
-                        shown(text)
+                        shown(&text)
                     );
                     return Err(lines.wrong(&why));
                 }
@@ -194,6 +202,7 @@ impl Header {
         Ok(Self {
             encoding,
             elements,
+            texture_file,
             lines: lines.line,
             size: lines.at,
         })
@@ -232,7 +241,8 @@ struct Lines<'a> {
 const LONGEST_LINE: usize = 4096;
 
 impl<'a> Lines<'a> {
-    fn next(&mut self) -> Result<&'a str, Complaint> {
+    /// Returns the next line; characters that are not UTF-8, which comments may have, are replaced.
+    fn next(&mut self) -> Result<Cow<'a, str>, Complaint> {
         self.line += 1;
         let rest = &self.bytes[self.at..];
         let length = rest
@@ -241,9 +251,7 @@ impl<'a> Lines<'a> {
             .position(|&byte| byte == b'\n')
             .ok_or_else(|| self.wrong("expected a header that ends with `end_header`"))?;
         self.at += length + 1;
-        let text = str::from_utf8(&rest[..length])
-            .map_err(|_| self.wrong("expected UTF-8 text, found other bytes"))?;
-        Ok(text.trim_end())
+        Ok(String::from_utf8_lossy(rest[..length].trim_ascii_end()))
     }
 
     fn wrong(&self, why: &str) -> Complaint {

@@ -1,14 +1,14 @@
 //! Reads PLY files: one triangle mesh with normals, texture coordinates and colours, as far as the file has them.
 //!
 //! Measure: the file's own units, in double precision; v of texture coordinates points up.
-//! Range: at least one face; polygons are split into triangle fans, which is correct for convex ones; other elements
-//! and properties are ignored. An error has the line, or the byte of a binary body.
+//! Range: at least one face; polygons are cut into triangles; other elements and properties are ignored. An error has the line, or the byte of a binary body.
 //! Source: Turk, "The PLY Polygon File Format" (1994). Tested in `tests/loading/ply.rs`.
 
 mod body;
 mod complaint;
 mod header;
 
+use super::polygon::Fans;
 use super::wording::shown;
 use crate::error::{Error, Result};
 use crate::image::srgb;
@@ -30,6 +30,8 @@ pub struct PlyModel {
     pub colours: Vec<Rgb>,
     /// Notes on properties that were left out.
     pub notes: Vec<Note>,
+    /// The image that a comment of the header names, and the line of the comment.
+    pub texture_file: Option<(String, usize)>,
 }
 
 /// Reads a mesh.
@@ -62,7 +64,9 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<PlyModel> {
         Encoding::LittleEndian => read_body(&header, Binary::<false>::new(bytes, header.size)),
         Encoding::BigEndian => read_body(&header, Binary::<true>::new(bytes, header.size)),
     };
-    let body = read.map_err(at)?;
+    let mut body = read.map_err(at)?;
+    let mesh = &mut body.mesh;
+    body.fans.cut_concave(&mut mesh.indices, &mesh.positions);
     if body.mesh.indices.is_empty() {
         let why =
             "expected a mesh, found no faces: point clouds and triangle strips are not supported";
@@ -72,12 +76,13 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<PlyModel> {
         notes: body.notes(&header, path),
         mesh: body.mesh,
         colours: body.colours,
+        texture_file: header.texture_file,
     })
 }
 
-/// Bytes of a vertex with all attributes, and of a triangle.
+/// Bytes of a vertex with all attributes, and of a triangle with its share of a polygon.
 const VERTEX: u64 = 76;
-const TRIANGLE: u64 = 12;
+const TRIANGLE: u64 = 20;
 
 fn count_of(header: &Header, name: &str) -> usize {
     let found = header.elements.iter().find(|element| element.name == name);
@@ -131,6 +136,8 @@ fn check(header: &Header, file_size: usize) -> std::result::Result<usize, Compla
 struct Body {
     mesh: MeshDescription,
     colours: Vec<Rgb>,
+    /// The faces with more than three corners.
+    fans: Fans,
     /// Number of faces with fewer than three corners.
     left_out: usize,
 }
@@ -283,7 +290,7 @@ fn read_faces(
             }
             let corners = numbers.length(property, length)?;
             body.left_out += usize::from(corners < 3);
-            // A triangle fan around the first corner.
+            let start = body.mesh.indices.len();
             let (mut first, mut previous) = (0, 0);
             for corner in 0..corners {
                 let vertex = numbers.next_index(property.scalar)?;
@@ -298,6 +305,9 @@ fn read_faces(
                     _ => body.mesh.indices.push([first, previous, vertex]),
                 }
                 previous = vertex;
+            }
+            if corners > 3 {
+                body.fans.push(start..body.mesh.indices.len());
             }
         }
     }

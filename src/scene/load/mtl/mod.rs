@@ -4,22 +4,24 @@
 //! - `Tf 1` without metal is glass: a dielectric of index `Ni`, tinted by `Kd`, as exported by Blender for transmission.
 //!   Other exporters write `Tf 1 1 1` for opaque materials: without `Pr`, only `illum` 6 or 7 (refraction) makes glass;
 //! - `Pr 1` without metal is diffuse. The faint sheen of Blender's model in that case is ignored. Materials without
-//!   `Pr` whose `illum` is 0 or 1 (no highlights) are diffuse, too;
+//!   `Pr` whose `illum` is 0 or 1 (no highlights), or whose `Ks` is black, are diffuse, too;
 //! - all others use the principled model with `Kd`, `Pm`, `Pr`, `Ni` and `Tf`.
 //!
 //! `Ke` makes the shape emit on the side of its geometric normal. `map_Kd` replaces `Kd`; `map_Ke` is multiplied by
 //! `Ke`, and `map_d` by `d`, the opacity.
 //!
 //! Measure: reflectances in [0, 1], radiance for `Ke`.
-//! Range: an index below 1 counts as 1 except in glass. Keys without meaning here (`Ka`, `Ks`, ...) are ignored;
-//! unsupported textures and unknown keys are reported in a note.
+//! Range: an index below 1 counts as 1 except in glass. Keys without meaning here (`Ka`, `Ps`, ...) are ignored;
+//! missing and unsupported textures and unknown keys are reported in a note.
 //! Source: Blender's exporter, `export_pbr_extensions`; without `Pr`, roughness = 1 - sqrt(Ns / 1000) as Blender
 //! imports it, and 1 without `Ns`. Tested in `tests/loading/scene_files.rs`.
+
+mod values;
 
 use super::colour::Textures;
 use super::contents::Contents;
 use super::wording::{shown, unknown_name};
-use super::{beside, read_text};
+use super::{beside, read_any_text};
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};
@@ -31,11 +33,12 @@ use crate::scene::description::{
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use values::{colour, number, split_options};
 
 /// Supported keys.
 const READ: &[&str] = &[
-    "newmtl", "Kd", "Ke", "Ni", "Ns", "d", "Tf", "illum", "map_Kd", "map_Ke", "map_d", "norm",
-    "Pr", "Pm", "Tr",
+    "newmtl", "Kd", "Ke", "Ks", "Ni", "Ns", "d", "Tf", "illum", "map_Kd", "map_Ke", "map_d",
+    "norm", "Pr", "Pm", "Tr",
 ];
 
 /// Supported keys whose values are textures.
@@ -44,7 +47,6 @@ const PICTURES: &[&str] = &["map_Kd", "map_Ke", "map_d", "norm"];
 /// Known keys that are ignored.
 const PASSED_OVER: &[&str] = &[
     "Ka",
-    "Ks",
     "Ps",
     "Pc",
     "Pcr",
@@ -77,6 +79,8 @@ pub struct Entry {
     metallic: f32,
     roughness: Option<f32>,
     shininess: f32,
+    /// Whether `Ks` is black.
+    has_no_highlights: bool,
     illumination: Option<u32>,
 }
 
@@ -89,7 +93,7 @@ pub fn read(
     known: &mut BTreeMap<String, Entry>,
     contents: &mut Contents,
 ) -> Result<()> {
-    let text = read_text(path)?;
+    let text = read_any_text(path)?;
     let mut current: Option<Entry> = None;
     for (line, content) in (1..).zip(text.lines()) {
         let mut words = content.split_whitespace();
@@ -143,6 +147,7 @@ impl Entry {
             metallic: 0.0,
             roughness: None,
             shininess: 0.0,
+            has_no_highlights: false,
             illumination: None,
         }
     }
@@ -158,6 +163,8 @@ impl Entry {
             "Tf" => self.transmission = Some(colour(rest, 1.0)?.max_channel()),
             "Pr" => self.roughness = Some(number(rest, 1.0)?),
             "Pm" => self.metallic = number(rest, 1.0)?,
+            // Other values than black have no meaning here, so that they may be of any kind.
+            "Ks" => self.has_no_highlights = colour(rest, f32::MAX).is_ok_and(Rgb::is_black),
             "illum" => {
                 let model = rest.parse();
                 let expected =
@@ -176,19 +183,33 @@ impl Entry {
                 };
                 let (options, file) = split_options(rest);
                 if file.is_empty() {
-                    return Err(Error::scene("expected a file"));
+                    return Ok(Some("an image without a file; left out".to_owned()));
                 }
+                let path = found(&self.place.file, file);
                 if !options.is_empty() {
                     note = Some(format!(
                         "the options {} of an image are not supported",
                         shown(options)
                     ));
                 }
-                let file = beside(&self.place.file, file);
-                self.pictures.insert(picture, (file, line));
+                self.pictures.insert(picture, (path, line));
             }
         }
         Ok(note)
+    }
+
+    /// Returns notes on images that do not exist, and are left out.
+    pub fn missing_images(&self) -> impl Iterator<Item = Note> {
+        let missing = self.pictures.iter().filter(|(_, (file, _))| !file.exists());
+        missing.map(|(key, (file, line))| {
+            let place = Place {
+                line: Some(*line),
+                ..self.place.clone()
+            };
+            let file = shown(&file.display().to_string());
+            let text = format!("{key}: the image {file} is missing; left out");
+            Note::at(place, NoteKind::Omission, text)
+        })
     }
 
     /// Returns the emission of shapes of this material. A `map_Ke` without `Ke` is the radiance itself.
@@ -249,7 +270,7 @@ impl Entry {
         key: &'static str,
         read: impl FnOnce(&Path) -> Result<Texture>,
     ) -> Result<Option<Texture>> {
-        let Some((file, line)) = self.pictures.get(key) else {
+        let Some((file, line)) = self.pictures.get(key).filter(|(file, _)| file.exists()) else {
             return Ok(None);
         };
         read(file).map(Some).map_err(|error| {
@@ -275,7 +296,8 @@ impl Entry {
         } else {
             0.0
         };
-        let no_highlights = self.roughness.is_none() && matches!(illumination, Some(0 | 1));
+        let no_highlights = self.roughness.is_none()
+            && (self.has_no_highlights || matches!(illumination, Some(0 | 1)));
         let matte = no_highlights || roughness == 1.0;
 
         Ok(if metallic == 0.0 && transmission == 1.0 {
@@ -303,6 +325,19 @@ impl Entry {
                 transmission,
             }
         })
+    }
+}
+
+/// The file of an image: of this name, or else of its last part, since libraries name folders of the computer that they
+/// were written on.
+fn found(library: &Path, name: &str) -> PathBuf {
+    let written = beside(library, name);
+    let last = name.rsplit(['/', '\\']).next().unwrap_or(name);
+    let near = beside(library, last);
+    if !written.exists() && near.exists() {
+        near
+    } else {
+        written
     }
 }
 
@@ -335,74 +370,6 @@ fn multiplied(texture: Texture, factor: Rgb) -> Texture {
             colours: colours.map(|colour| factor * colour),
             repeat,
         },
-    }
-}
-
-/// Splits a `map_` line into its options, each with its numbers or its one word, and the file.
-fn split_options(text: &str) -> (&str, &str) {
-    let mut file = text;
-    while file.starts_with('-') {
-        let vector = ["-o ", "-s ", "-t ", "-mm "]
-            .iter()
-            .any(|option| file.starts_with(option));
-        file = after_word(file);
-        if vector {
-            for _ in 0..3 {
-                let word = file.split_whitespace().next().unwrap_or_default();
-                if word.parse::<f64>().is_ok() {
-                    file = after_word(file);
-                }
-            }
-        } else {
-            file = after_word(file);
-        }
-    }
-    let options = &text[..text.len() - file.len()];
-    (options.trim_end(), file)
-}
-
-fn after_word(text: &str) -> &str {
-    text.split_once(char::is_whitespace)
-        .map_or("", |(_, rest)| rest.trim_start())
-}
-
-/// Parses one number from 0 to `most`.
-fn number(text: &str, most: f32) -> Result<f32> {
-    let first = text.split_whitespace().next().unwrap_or("nothing");
-    let number = first.parse().ok().filter(|x| (0.0..=most).contains(x));
-    number.ok_or_else(|| {
-        Error::scene(format!(
-            "expected a number {}, found {}",
-            range(most),
-            shown(first)
-        ))
-    })
-}
-
-/// Parses three numbers from 0 to `most`, or one for all three.
-fn colour(text: &str, most: f32) -> Result<Rgb> {
-    let words = text.split_whitespace().map(|word| word.parse().ok());
-    let channels: Option<Vec<f32>> = words.take(4).collect();
-    let colour = match channels.as_deref() {
-        Some([grey]) => Some(Rgb::grey(*grey)),
-        Some([r, g, b]) => Some(Rgb::new(*r, *g, *b)),
-        _ => None,
-    };
-    let valid = colour.filter(|c| c.to_array().iter().all(|x| (0.0..=most).contains(x)));
-    valid.ok_or_else(|| {
-        Error::scene(format!(
-            "expected three numbers {}, found {}",
-            range(most),
-            shown(text)
-        ))
-    })
-}
-
-fn range(most: f32) -> String {
-    if most == f32::MAX {
-        "of at least 0".to_owned()
-    } else {
-        format!("from 0 to {most}")
     }
 }
 
@@ -456,7 +423,13 @@ mod tests {
 
     #[test]
     fn rough_non_metals_and_those_without_highlights_are_diffuse() {
-        for matte in ["Pr 1", "Kd 1 1 1", "Ns 0", "Ns 900;illum 1"] {
+        for matte in [
+            "Pr 1",
+            "Kd 1 1 1",
+            "Ns 0",
+            "Ns 900;illum 1",
+            "Ns 900;illum 2;Ks 0 0 0",
+        ] {
             assert!(
                 matches!(model(matte), MaterialModel::Diffuse { .. }),
                 "{matte}"
@@ -481,22 +454,6 @@ mod tests {
     }
 
     #[test]
-    fn texture_options_are_split_from_the_file_name() {
-        for (text, options, file) in [
-            ("a b.png", "", "a b.png"),
-            (
-                "-s 1 2 3 -clamp on a b.png",
-                "-s 1 2 3 -clamp on",
-                "a b.png",
-            ),
-            ("-o 1 2.png", "-o 1", "2.png"),
-            ("-bm", "-bm", ""),
-        ] {
-            assert_eq!(split_options(text), (options, file), "{text}");
-        }
-    }
-
-    #[test]
     fn invalid_values_are_rejected() {
         let mut entry = Entry::new("m", Path::new("m.mtl"), 1);
         for (key, rest) in [
@@ -512,7 +469,6 @@ mod tests {
             ("Pr", "1.5"),
             ("d", ""),
             ("illum", "2.5"),
-            ("map_Kd", "-s 1"),
         ] {
             assert!(entry.set(key, rest, 2).is_err(), "{key} {rest}");
         }

@@ -7,16 +7,52 @@
 use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;
 use crate::math::robust::{gamma, never_zero};
-use crate::math::vec::{Vec2, Vec3, Vector};
+use crate::math::vec::{Vec2, Vec3, Vec4, Vector};
 use crate::planted::planted;
+
+/// A vertex with its attributes, in half a cache line. Its position comes first, where Embree reads it.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(32))]
+pub struct Vertex {
+    position_and_u: Vec4,
+    normal_and_v: Vec4,
+}
+
+impl Vertex {
+    fn new(position: Vec3, normal: Vec3, uv: Vec2) -> Self {
+        Self {
+            position_and_u: position.extend(uv.x),
+            normal_and_v: normal.extend(uv.y),
+        }
+    }
+
+    /// The position.
+    #[inline(always)]
+    pub fn position(&self) -> Vec3 {
+        Vec3::from_vec4(self.position_and_u)
+    }
+
+    /// The unit normal; zero if the mesh has none.
+    #[inline(always)]
+    pub fn normal(&self) -> Vec3 {
+        Vec3::from_vec4(self.normal_and_v)
+    }
+
+    /// The texture coordinate; zero if the mesh has none.
+    #[inline(always)]
+    pub fn uv(&self) -> Vec2 {
+        Vec2::new(self.position_and_u.w, self.normal_and_v.w)
+    }
+}
 
 /// A triangle mesh.
 #[derive(Debug, Clone)]
 pub struct Mesh {
-    positions: Vec<Vec3>,
-    normals: Vec<Vec3>,
-    uvs: Vec<Vec2>,
+    vertices: Vec<Vertex>,
     indices: Vec<[u32; 3]>,
+    has_normals: bool,
+    has_uvs: bool,
+    bounds: Bounds,
 }
 
 impl Mesh {
@@ -34,23 +70,40 @@ impl Mesh {
         assert!(normals.is_empty() || normals.len() == count);
         assert!(uvs.is_empty() || uvs.len() == count);
         assert!(indices.iter().flatten().all(|&i| (i as usize) < count));
+        let used = indices.iter().flatten();
+        let bounds = Bounds::around(used.map(|&i| positions[i as usize].as_dvec3()));
+        let vertex = |(i, &position): (usize, &Vec3)| {
+            let normal = normals.get(i).copied().unwrap_or(Vec3::ZERO);
+            Vertex::new(position, normal, uvs.get(i).copied().unwrap_or(Vec2::ZERO))
+        };
         Self {
-            positions,
-            normals,
-            uvs,
+            vertices: positions.iter().enumerate().map(vertex).collect(),
             indices,
+            has_normals: !normals.is_empty(),
+            has_uvs: !uvs.is_empty(),
+            bounds,
         }
     }
 
     /// The vertices.
-    pub fn positions(&self) -> &[Vec3] {
-        &self.positions
+    pub fn vertices(&self) -> &[Vertex] {
+        &self.vertices
+    }
+
+    /// The positions of the vertices.
+    pub fn positions(&self) -> impl ExactSizeIterator<Item = Vec3> {
+        self.vertices.iter().map(Vertex::position)
     }
 
     /// The bounding box of all triangles, without unused vertices.
     pub fn bounds(&self) -> Bounds {
-        let used = self.indices.iter().flatten();
-        Bounds::around(used.map(|&index| self.positions[index as usize].as_dvec3()))
+        self.bounds
+    }
+
+    /// Whether the vertices have normals.
+    #[inline(always)]
+    pub fn has_normals(&self) -> bool {
+        self.has_normals
     }
 
     /// The vertex indices, three per triangle.
@@ -58,26 +111,32 @@ impl Mesh {
         &self.indices
     }
 
-    /// The vertices of one triangle.
+    /// The vertices of one triangle, with their attributes.
+    #[inline(always)]
+    pub fn corners(&self, primitive: u32) -> [&Vertex; 3] {
+        self.indices[primitive as usize].map(|i| &self.vertices[i as usize])
+    }
+
+    /// The positions of the vertices of one triangle.
     #[inline]
     pub fn triangle(&self, primitive: u32) -> [Vec3; 3] {
-        self.indices[primitive as usize].map(|i| self.positions[i as usize])
+        self.corners(primitive).map(Vertex::position)
     }
 
     /// The surface point with barycentric coordinates (u, v) of the second and third vertex of a triangle.
     #[inline]
     pub fn surface_at(&self, primitive: u32, [u, v]: [f32; 2]) -> SurfacePoint {
-        let indices = self.indices[primitive as usize].map(|i| i as usize);
-        let [a, b, c] = indices.map(|i| self.positions[i]);
+        let corners = self.corners(primitive);
+        let [a, b, c] = corners.map(Vertex::position);
         let mut point = triangle_point([a, b, c], [u, v]);
         if may_be_outside(&point, [a, b, c], [u, v]) {
             point = inset(point, [a, b, c]);
         }
         let ng = point.ng;
-        let ns = if self.normals.is_empty() {
-            ng
+        let ns = if self.has_normals {
+            shading_normal(corners.map(Vertex::normal), ng, [u, v])
         } else {
-            shading_normal(indices.map(|i| self.normals[i]), ng, [u, v])
+            ng
         };
         SurfacePoint { ns, ..point }
     }
@@ -117,17 +176,17 @@ impl Mesh {
     /// The texture coordinates of the vertices of one triangle: barycentric coordinates if the mesh has none.
     #[inline]
     pub fn triangle_uvs(&self, primitive: u32) -> [Vec2; 3] {
-        if self.uvs.is_empty() {
-            return [Vec2::ZERO, Vec2::X, Vec2::Y];
-        }
-        self.indices[primitive as usize].map(|i| self.uvs[i as usize])
+        self.uvs_of(self.corners(primitive))
     }
 
-    /// The normals of the vertices of one triangle, if the mesh has any.
-    #[inline]
-    pub fn triangle_normals(&self, primitive: u32) -> Option<[Vec3; 3]> {
-        let normals = || self.indices[primitive as usize].map(|i| self.normals[i as usize]);
-        (!self.normals.is_empty()).then(normals)
+    /// The texture coordinates of a triangle with these vertices, as [`Self::triangle_uvs`].
+    #[inline(always)]
+    pub fn uvs_of(&self, corners: [&Vertex; 3]) -> [Vec2; 3] {
+        if self.has_uvs {
+            corners.map(Vertex::uv)
+        } else {
+            [Vec2::ZERO, Vec2::X, Vec2::Y]
+        }
     }
 }
 

@@ -16,8 +16,8 @@ use crate::memory;
 /// A triangle: its box, its copy in single precision, and its part of the acceleration structure during the build.
 const TRIANGLE: u64 = 480;
 
-/// A vertex: its copy in single precision.
-const VERTEX: u64 = 48;
+/// A vertex: its attributes in single precision, first in lists of their own.
+const VERTEX: u64 = 80;
 
 /// A light: an emitting triangle or a whole emitting shape; and its position at each motion step.
 const LIGHT: u64 = 600;

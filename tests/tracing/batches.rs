@@ -287,7 +287,7 @@ fn robust_batches_are_watertight_at_closed_mesh_edges() {
     for index in 0..RAYS {
         let from = 0.5 * point(&mut rng);
         let corners = mesh.indices()[index % mesh.indices().len()];
-        let [a, b, _] = corners.map(|i| mesh.positions()[i as usize]);
+        let [a, b, _] = corners.map(|i| mesh.vertices()[i as usize].position());
         let targets = [a, a + rng.uniform() * (b - a), from + direction(&mut rng)];
         for (rays, target) in batches.iter_mut().zip(targets) {
             rays.push(&Ray::new(from, (target - from).normalize()), 0.0);

@@ -223,7 +223,7 @@ fn robust_tracing_is_watertight_at_instanced_mesh_edges() {
                     let time = rng.uniform();
                     let to_world = world.instances()[0].at(time);
                     let edge = edges[(rng.uniform() * edges.len() as f32) as usize];
-                    let [a, b] = edge.map(|i| mesh.positions()[i as usize]);
+                    let [a, b] = edge.map(|i| mesh.vertices()[i as usize].position());
                     let from = 0.5 * point(&mut rng);
                     let targets = [a, a + rng.uniform() * (b - a), from + direction(&mut rng)];
                     for (escaped, target) in escaped.iter_mut().zip(targets) {

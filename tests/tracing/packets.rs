@@ -55,7 +55,7 @@ fn aimed(mesh: &Mesh, count: usize, rng: &mut TestRng) -> Vec<SampleRange> {
         let reach = if index.is_multiple_of(2) { 0.5 } else { 1.5 };
         let mut from = reach * point(rng);
         let corners = mesh.indices()[index % mesh.indices().len()];
-        let [a, b, _] = corners.map(|i| mesh.positions()[i as usize]);
+        let [a, b, _] = corners.map(|i| mesh.vertices()[i as usize].position());
         let to = [a, a + rng.uniform() * (b - a), from + direction(rng)][index % 3];
         if index.is_multiple_of(101) {
             from[index % 3] = [f32::NAN, f32::INFINITY][index / 101 % 2];

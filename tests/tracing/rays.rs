@@ -134,7 +134,7 @@ fn robust_tracing_is_watertight_at_closed_mesh_edges() {
     let mut rng = TestRng::new(4);
     for (n, round) in [(1, false), (6, false), (8, true)] {
         let mesh = closed_mesh(n, round);
-        let vertices = mesh.positions().to_vec();
+        let vertices: Vec<Vec3> = mesh.positions().collect();
         let triangles = mesh.indices().to_vec();
         let shapes = vec![Geometry::Mesh(mesh)];
         for (name, accel) in every_accel(&standing(shapes.clone())) {

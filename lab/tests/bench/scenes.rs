@@ -195,9 +195,12 @@ fn without_a_side(room: &ClosedMesh) -> Arc<World> {
     let [Geometry::Mesh(mesh)] = room.world().geometries() else {
         panic!("a closed mesh is one mesh");
     };
-    let on_side = |t: &[u32; 3]| t.iter().all(|&i| mesh.positions()[i as usize].y >= 1.0);
+    let on_side = |t: &[u32; 3]| {
+        t.iter()
+            .all(|&i| mesh.vertices()[i as usize].position().y >= 1.0)
+    };
     let kept = mesh.indices().iter().copied().filter(|t| !on_side(t));
-    let open = Mesh::new(mesh.positions().to_vec(), vec![], vec![], kept.collect());
+    let open = Mesh::new(mesh.positions().collect(), vec![], vec![], kept.collect());
     Arc::new(World::new(vec![Geometry::Mesh(open)], vec![], vec![]))
 }
 
@@ -251,8 +254,7 @@ fn closed_meshes_share_each_edge_twice_with_unique_vertices() {
         assert!(edges.values().all(|&count| count == 2));
         let distinct: std::collections::HashSet<[u32; 3]> = mesh
             .positions()
-            .iter()
-            .map(|p: &Vec3| p.to_array().map(f32::to_bits))
+            .map(|p| p.to_array().map(f32::to_bits))
             .collect();
         assert_eq!(distinct.len(), mesh.positions().len());
     }

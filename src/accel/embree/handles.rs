@@ -11,9 +11,8 @@
 use crate::accel::lanes::{RayHitLanes, RayLanes};
 use crate::accel::{AccelOptions, Precision, Quality};
 use crate::error::{Error, ErrorKind, Result};
-use crate::geometry::mesh::Mesh;
+use crate::geometry::mesh::{Mesh, Vertex};
 use crate::math::lanes::ActiveLanes;
-use crate::math::vec::Vec3;
 use crate::memory;
 use embree4_sys::*;
 use std::ffi::{CStr, CString, c_char, c_void};
@@ -204,8 +203,8 @@ impl Scene {
     /// # Safety
     /// The mesh must stay where it is, unchanged, until the scene is dropped.
     pub unsafe fn attach_mesh(&mut self, id: u32, mesh: &Mesh) {
-        // SAFETY: lengths and strides are those of the slices, which the caller keeps alive; Embree loads a vertex as
-        // 16 bytes, which each vertex occupies.
+        // SAFETY: lengths and strides are those of the slices, which the caller keeps alive; Embree loads the first 16
+        // bytes of a vertex, which has 32, as its position and a number that it ignores.
         unsafe {
             let geometry = rtcNewGeometry(self.device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
             rtcSetSharedGeometryBuffer(
@@ -213,10 +212,10 @@ impl Scene {
                 RTC_BUFFER_TYPE_VERTEX,
                 0,
                 RTC_FORMAT_FLOAT3,
-                mesh.positions().as_ptr().cast(),
+                mesh.vertices().as_ptr().cast(),
                 0,
-                size_of::<Vec3>(),
-                mesh.positions().len(),
+                size_of::<Vertex>(),
+                mesh.vertices().len(),
             );
             rtcSetSharedGeometryBuffer(
                 geometry,
@@ -456,6 +455,7 @@ impl PacketQuery {
 mod tests {
     use super::*;
     use crate::accel::Backend;
+    use crate::math::vec::Vec3;
 
     /// Builds a BVH over a strip of triangles with at most this much memory, and returns the number of bytes held.
     fn build(most: Option<u64>) -> Result<usize> {

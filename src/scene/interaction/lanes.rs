@@ -175,19 +175,19 @@ impl<E: Effects> TriangleLanes<E> {
     /// Sets the triangle of a lane.
     #[inline(always)]
     fn set(&mut self, lane: usize, mesh: &Mesh, primitive: u32, traits: ShapeTraits) {
-        for (to, vertex) in self.vertices.iter_mut().zip(mesh.triangle(primitive)) {
-            store(to, lane, vertex);
+        let corners = mesh.corners(primitive);
+        for (to, vertex) in self.vertices.iter_mut().zip(corners) {
+            store(to, lane, vertex.position());
         }
         if let (Some(to), Some(has)) = (self.normals.get_mut(), self.has_normals.get_mut()) {
-            let normals = mesh.triangle_normals(primitive);
-            has[lane] = u32::from(normals.is_some());
-            for (to, normal) in to.iter_mut().zip(normals.unwrap_or_default()) {
-                store(to, lane, normal);
+            has[lane] = u32::from(mesh.has_normals());
+            for (to, vertex) in to.iter_mut().zip(corners) {
+                store(to, lane, vertex.normal());
             }
         }
         if let Some(to) = self.uvs.get_mut() {
             let uvs = if traits.has(ShapeTraits::IS_TEXTURED) {
-                mesh.triangle_uvs(primitive)
+                mesh.uvs_of(corners)
             } else {
                 [Vec2::ZERO; 3]
             };

@@ -90,7 +90,8 @@ fn run() -> Result<(), Box<dyn Error>> {
     let embree = find()?;
     write_bindings(&embree)?;
 
-    println!("cargo::rerun-if-changed={}", embree.include.display());
+    let headers = embree.include.join("embree4");
+    println!("cargo::rerun-if-changed={}", headers.display());
     println!("cargo::rustc-link-search=native={}", embree.lib.display());
     println!("cargo::rustc-link-lib=dylib=embree4");
     println!("cargo::metadata=ROOT={}", embree.root.display());

@@ -61,6 +61,11 @@ impl World {
         Self::numbered(self.geometries.clone(), self.groups.clone(), instances)
     }
 
+    /// Whether both worlds have the same shapes in memory, and differ at most in their instances.
+    pub fn shares_shapes_with(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.geometries, &other.geometries) && Arc::ptr_eq(&self.groups, &other.groups)
+    }
+
     fn numbered(
         geometries: Arc<[Geometry]>,
         groups: Arc<[Vec<Geometry>]>,

@@ -1,8 +1,8 @@
 //! Builds the geometries and instances that rays intersect: transformed in double precision, normalised, rounded last.
 //!
 //! Measure: world units in, normalised units out.
-//! Range: a shape farther away than 2^48 times the scene's unit is an error, and so is an instance whose transform
-//! cannot be inverted in single precision.
+//! Range: a shape farther away than 2^48 times the scene's unit is an error, and so are a triangle with an area above 2^63
+//! square units, and an instance whose transform cannot be inverted in single precision.
 //! Source: docs/architecture.md. Tested through `prepare.rs` and in `tests/loading/built_scenes.rs`.
 
 use super::description::SceneDescription;
@@ -18,6 +18,17 @@ use crate::math::vec::DAffine3;
 /// In normalised units. Farther away, areas times numbers of primitives overflow single precision, and obvhs builds its
 /// trees by these; beyond 2^60, Embree silently omits shapes.
 const REACH: f64 = (1_u64 << 48) as f64;
+
+/// Whether the area of a triangle exceeds single precision, in which surface interactions and Embree compute normals.
+fn has_huge_triangle(geometry: &Geometry) -> bool {
+    let Geometry::Mesh(mesh) = geometry else {
+        return false;
+    };
+    (0..mesh.indices().len() as u32).any(|triangle| {
+        let [a, b, c] = mesh.triangle(triangle);
+        !(b - a).cross(c - a).length_squared().is_finite()
+    })
+}
 
 fn too_far(name: &str) -> String {
     format!(
@@ -40,6 +51,14 @@ pub fn build_geometry(
         if geometry.primitive_count() > 0 && !geometry.bounds().is_within(REACH) {
             let shape = &description.shapes[shape];
             return Err(shape.place.error(too_far(&shape.name)));
+        }
+        if has_huge_triangle(&geometry) {
+            let shape = &description.shapes[shape];
+            let why = format!(
+                "{} has a triangle that is more than 2^32 times as large as what the scene mostly consists of",
+                shape.name
+            );
+            return Err(shape.place.error(why));
         }
         Ok((geometry, form))
     };

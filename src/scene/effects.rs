@@ -6,20 +6,15 @@
 //! Source: docs/architecture.md, "Effects". Tested in `tests/rendering/effects.rs`.
 
 use super::description::{
-    CameraDescription, GeometryDescription, InstanceDescription, Key, LightDescription, LightModel,
+    CameraDescription, GeometryDescription, InstanceDescription, LightDescription, LightModel,
     MaterialDescription, SceneDescription, ShapeDescription,
 };
 use super::guides::casts_caustics;
-use super::keyframes;
+use super::keyframes::moves;
 use super::material::Material;
 use super::placed::has_shading_normals;
 use super::placement::{Layout, forms_own_group};
 use crate::effects::{Effect, EffectSet};
-
-/// Whether keyframes move anything while the shutter is open.
-fn moves(keys: &[Key], shutter: [f64; 2]) -> bool {
-    keyframes::steps(keys, shutter).len() > 1
-}
 
 /// Returns the effects of a camera.
 pub fn of_camera(camera: &CameraDescription) -> EffectSet {

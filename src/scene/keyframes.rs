@@ -20,6 +20,10 @@ const MOST_INTERVALS: u32 = 64;
 /// rotation of 5.06 degrees, for 1 - cos(2.53 degrees) = 2^-10.
 const CHORD: f64 = 1.0 / 1024.0;
 
+/// Maximum distance of the middle of a chord from that of its arc, relative to the chord, for the path of an origin. A
+/// rotation about a distant point by the angle of [`CHORD`] is well below it.
+const ORIGIN_CHORD: f64 = 1.0 / 64.0;
+
 /// Returns the transform at a time; the identity without keyframes. At a keyframe's time, and between two equal
 /// keyframes, it is exactly theirs.
 pub fn at(keys: &[Key], time: f64) -> DAffine3 {
@@ -37,6 +41,20 @@ pub fn at(keys: &[Key], time: f64) -> DAffine3 {
     }
 }
 
+/// Whether the transform changes while the shutter is open.
+pub fn moves(keys: &[Key], shutter: [f64; 2]) -> bool {
+    let [open, close] = shutter;
+    let first = at(keys, open);
+    open < close
+        && (inside(keys, shutter).any(|key| key.transform != first) || at(keys, close) != first)
+}
+
+/// Returns the keyframes between the shutter's opening and closing.
+fn inside(keys: &[Key], [open, close]: [f64; 2]) -> impl Iterator<Item = &Key> {
+    let is_inside = move |key: &&Key| open < key.time && key.time < close;
+    keys.iter().filter(is_inside)
+}
+
 /// Returns the transforms at equally spaced times from the shutter's opening to its closing, between which matrices may
 /// be interpolated linearly. A single one if nothing moves while the shutter is open.
 ///
@@ -44,34 +62,33 @@ pub fn at(keys: &[Key], time: f64) -> DAffine3 {
 /// intervals: a rotation of more than 324 degrees during the exposure is approximated more coarsely.
 pub fn steps(keys: &[Key], shutter: [f64; 2]) -> Vec<DAffine3> {
     let [open, close] = shutter;
-    let inside: Vec<&Key> = keys
-        .iter()
-        .filter(|key| open < key.time && key.time < close)
-        .collect();
-    let first = at(keys, open);
-    let stands = inside.iter().all(|key| key.transform == first) && at(keys, close) == first;
-    if stands || open >= close {
-        return vec![first];
+    if !moves(keys, shutter) {
+        return vec![at(keys, open)];
     }
-    let shares: Vec<f64> = inside
-        .iter()
+    let shares: Vec<f64> = inside(keys, shutter)
         .map(|key| share(open, close, key.time))
         .collect();
-    let mut intervals = (1..=MOST_INTERVALS)
+    let intervals = (1..=MOST_INTERVALS)
         .find(|&intervals| shares.iter().all(|&share| falls_on_step(share, intervals)))
         .unwrap_or(MOST_INTERVALS);
+    refined(intervals, MOST_INTERVALS, |share| {
+        at(keys, mix(open, close, share))
+    })
+}
+
+/// Samples a transform at equally spaced shares of the shutter's time, from 0 to 1. The number of intervals is doubled
+/// until matrices may be interpolated linearly between them, or it would exceed `most`.
+pub fn refined(
+    mut intervals: u32,
+    most: u32,
+    transform: impl Fn(f64) -> DAffine3,
+) -> Vec<DAffine3> {
     let sample = |intervals: u32| -> Vec<DAffine3> {
-        (0..=intervals)
-            .map(|step| {
-                at(
-                    keys,
-                    mix(open, close, f64::from(step) / f64::from(intervals)),
-                )
-            })
-            .collect()
+        let share = |step| f64::from(step) / f64::from(intervals);
+        (0..=intervals).map(|step| transform(share(step))).collect()
     };
     let mut steps = sample(intervals);
-    while 2 * intervals <= MOST_INTERVALS {
+    while 2 * intervals <= most {
         let finer = sample(2 * intervals);
         if finer.windows(3).step_by(2).all(chord_is_good) {
             break;
@@ -91,7 +108,7 @@ fn share(a: f64, b: f64, time: f64) -> f64 {
 }
 
 /// Interpolates linearly; exactly `a` at 0 and `b` at 1.
-fn mix(a: f64, b: f64, share: f64) -> f64 {
+pub fn mix(a: f64, b: f64, share: f64) -> f64 {
     (1.0 - share) * a + share * b
 }
 
@@ -101,13 +118,18 @@ fn falls_on_step(share: f64, intervals: u32) -> bool {
     (step - step.round()).abs() <= 4.0 * f64::EPSILON * f64::from(intervals)
 }
 
-/// Whether the middle of three successive transforms is close to the mean of the others.
+/// Whether the middle of three successive transforms is close to the mean of the others: its axes, and the path of its
+/// origin.
 fn chord_is_good(arc: &[DAffine3]) -> bool {
-    let [a, middle, b] = [arc[0], arc[1], arc[2]].map(|it| it.matrix3);
-    (0..3).all(|axis| {
-        let chord = 0.5 * (a.col(axis) + b.col(axis));
-        (chord - middle.col(axis)).length() <= CHORD * middle.col(axis).length()
-    })
+    let [a, middle, b] = [arc[0], arc[1], arc[2]];
+    let axes_are_good = (0..3).all(|axis| {
+        let [a, middle, b] = [a, middle, b].map(|it| it.matrix3.col(axis));
+        (0.5 * (a + b) - middle).length() <= CHORD * middle.length()
+    });
+    let [a, middle, b] = [a, middle, b].map(|it| it.translation);
+    let rounding = 8.0 * f64::EPSILON * middle.length();
+    let limit = ORIGIN_CHORD * (b - a).length() + rounding;
+    axes_are_good && (0.5 * (a + b) - middle).length() <= limit
 }
 
 /// Interpolates between two transforms.

@@ -113,10 +113,8 @@ pub fn forms_own_group(shape: &ShapeDescription, shutter: [f64; 2]) -> bool {
         shape.geometry,
         GeometryDescription::Sphere { .. } | GeometryDescription::Disk { .. }
     );
-    match keyframes::steps(&shape.motion, shutter).as_slice() {
-        [still] => is_round && even_scale(still, EVEN).is_none(),
-        _ => true,
-    }
+    let is_uneven = || even_scale(&keyframes::at(&shape.motion, shutter[0]), EVEN).is_none();
+    keyframes::moves(&shape.motion, shutter) || (is_round && is_uneven())
 }
 
 impl<'a> Walk<'a> {
@@ -250,34 +248,37 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Multiplies a chain, at as many times as its finest motion needs.
+/// Multiplies a chain, at as many times as its finest motion and the product of all need.
 fn compose(chain: &Chain<'_>, shutter: [f64; 2]) -> Vec<DAffine3> {
     let intervals = chain
         .iter()
         .map(|(_, keys)| keyframes::steps(keys, shutter).len() - 1)
         .fold(0, common_multiple);
-    let at = |time: f64| {
+    let at = |share: f64| {
+        let time = keyframes::mix(shutter[0], shutter[1], share);
         let links = chain.iter();
         links.fold(DAffine3::IDENTITY, |outer, (transform, keys)| {
             outer * keyframes::at(keys, time) * *transform
         })
     };
-    (0..=intervals)
-        .map(|i| {
-            let share = i as f64 / intervals.max(1) as f64;
-            at((1.0 - share) * shutter[0] + share * shutter[1])
-        })
-        .collect()
+    match intervals {
+        0 => vec![at(0.0)],
+        _ => keyframes::refined(intervals as u32, MOST_INTERVALS, at),
+    }
 }
+
+/// The largest number of intervals of a product of motions.
+const MOST_INTERVALS: u32 = 128;
 
 /// Returns the smallest common multiple of two numbers of intervals if it is small enough; otherwise the larger number.
 fn common_multiple(a: usize, b: usize) -> usize {
-    const MOST: usize = 128;
     let larger = a.max(b);
     if a == 0 || b == 0 {
         return larger;
     }
-    let multiples = (1..).map(|k| k * larger).take_while(|m| *m <= MOST);
+    let multiples = (1..)
+        .map(|k| k * larger)
+        .take_while(|m| *m <= MOST_INTERVALS as usize);
     multiples
         .into_iter()
         .find(|m| m % a.min(b) == 0)

@@ -68,7 +68,11 @@ impl EmbreeAccel {
     ///
     /// # Errors
     /// Embree's error message.
+    ///
+    /// # Panics
+    /// If the worlds do not share their shapes, to which the scenes of groups point.
     pub fn with_instances_of(&self, world: Arc<World>) -> Result<Self> {
+        assert!(self.world.shares_shapes_with(&world));
         let device = Arc::clone(self.scene.device());
         Self::over(device, self.groups.clone(), world, self.options)
     }
@@ -81,7 +85,8 @@ impl EmbreeAccel {
         options: AccelOptions,
     ) -> Result<Self> {
         let mut scene = Scene::new(Arc::clone(&device), options)?;
-        // SAFETY: the shapes are immutable behind their `Arc`, which outlives the scene in `Self`.
+        // SAFETY: the shapes are immutable behind their `Arc`, which outlives the scene in `Self`; so are those of the
+        // groups' scenes, which `with_instances_of` checks.
         unsafe { attach_shapes(&mut scene, world.geometries()) };
         // SAFETY: as above.
         unsafe { attach_instances(&mut scene, &device, options, &world, &mut groups)? };

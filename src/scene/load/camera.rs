@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::math::transform::{is_rotation, look_at};
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{CameraDescription, Key};
+use std::f64::consts::PI;
 
 /// Reads `[camera]`.
 ///
@@ -24,7 +25,7 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
     };
     let fov = match table.optional("fov") {
         Some(fov) => fov.angle_where("an angle in degrees above 0 and below 180", |x| {
-            x > 0.0 && x < 180.0
+            x > 0.0 && x < PI
         })?,
         None => 40_f64.to_radians(),
     };

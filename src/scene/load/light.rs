@@ -15,6 +15,7 @@ use crate::math::rgb::Rgb;
 use crate::math::transform::is_rotation;
 use crate::math::vec::{DMat3, DVec3};
 use crate::scene::description::{ColourDescription, LightDescription, LightModel, Place};
+use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -117,7 +118,7 @@ fn spot(table: &Table<'_>) -> Result<LightModel> {
     let cone = table
         .required("cone")?
         .angle_where("an angle in degrees above 0, at most 180", |x| {
-            x > 0.0 && x <= 180.0
+            x > 0.0 && x <= PI
         })?;
     let penumbra = match table.optional("penumbra") {
         Some(penumbra) => penumbra.angle_where(
@@ -125,7 +126,7 @@ fn spot(table: &Table<'_>) -> Result<LightModel> {
                 "an angle in degrees from 0 to that of the cone, {}",
                 cone.to_degrees()
             ),
-            |x| (0.0..=cone).contains(&x.to_radians()),
+            |x| (0.0..=cone).contains(&x),
         )?,
         None => PENUMBRA.to_radians().min(cone),
     };

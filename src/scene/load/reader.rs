@@ -233,11 +233,11 @@ impl<'a> Value<'a> {
     /// If it does not pass.
     pub fn angle_where(&self, what: &str, test: impl Fn(f64) -> bool) -> Result<f64> {
         if !self.value.is_table() {
-            return self.number_where(what, test).map(f64::to_radians);
+            let degrees = self.number_where(what, |x: f64| test(x.to_radians()))?;
+            return Ok(degrees.to_radians());
         }
         let table = self.table()?;
-        let value = table.required("radians")?;
-        let radians = value.number_where(what, |x| test(x.to_degrees()))?;
+        let radians = table.required("radians")?.number_where(what, test)?;
         table.finish()?;
         Ok(radians)
     }

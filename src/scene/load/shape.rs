@@ -167,10 +167,10 @@ fn geometry(shape_type: Type, table: &Table<'_>) -> Result<GeometryDescription> 
     let direction = |key| {
         let value = table.required(key)?;
         let direction = value.vec3()?;
-        if direction == DVec3::ZERO {
-            return Err(value.expected("a direction that is not zero"));
+        match direction.try_normalize() {
+            Some(_) => Ok(direction),
+            None => Err(value.expected("a direction that is not zero")),
         }
-        Ok(direction)
     };
     Ok(match shape_type {
         Type::Sphere => GeometryDescription::Sphere {

@@ -263,6 +263,12 @@ impl<'a> Sections<'a> {
     fn geometry(&mut self, geometry: &GeometryDescription) -> Result<()> {
         let text = &mut self.text;
         match geometry {
+            // A PLY file has at least one face.
+            GeometryDescription::Mesh(mesh) if mesh.indices.is_empty() => {
+                text.entry("type", string("mesh"));
+                text.entry("positions", "[]");
+                text.entry("indices", "[]");
+            }
             GeometryDescription::Mesh(mesh) => {
                 text.entry("type", string("ply"));
                 text.entry("file", string(&self.assets.mesh(mesh)?));

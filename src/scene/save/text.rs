@@ -46,7 +46,9 @@ pub fn string(text: &str) -> String {
 /// A number.
 pub fn number(x: f64) -> String {
     let text = toml::Value::Float(x).to_string();
-    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+    // Digits without a point are read as an integer, of at most 128 bits.
+    let whole = text.strip_suffix(".0").filter(|_| x.abs() < 1e15);
+    whole.map_or(text.clone(), str::to_owned)
 }
 
 /// A number of single precision, with the fewest digits that read back as the same.

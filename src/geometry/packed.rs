@@ -77,6 +77,13 @@ impl PackedImage {
 impl Codes {
     /// Encodes an image; `None` if it has more values than a byte has codes.
     fn new(image: &Image) -> Option<Self> {
+        let mut codebook = Codebook::default();
+        // Most images with too many values show it in their first rows, before any memory is taken for codes.
+        for texel in image.pixels() {
+            for value in texel.to_array() {
+                codebook.code(value)?;
+            }
+        }
         let size = (image.width(), image.height());
         let tiles_per_row = size.0.div_ceil(SIDE);
         let count = tiles_per_row as usize * size.1.div_ceil(SIDE) as usize;
@@ -86,7 +93,6 @@ impl Codes {
             tiles: vec![TexelBlock::default(); count],
             values: Box::new([0.0; CODES]),
         };
-        let mut codebook = Codebook::default();
         for (i, row) in image.pixels().chunks(size.0 as usize).enumerate() {
             for (j, texel) in row.iter().enumerate() {
                 let (tile, place) = codes.place(j as u32, i as u32);

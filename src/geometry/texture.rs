@@ -44,10 +44,16 @@ impl Texture {
     /// The colour at `uv`.
     #[inline]
     pub fn lookup(&self, uv: Vec2) -> Rgb {
+        self.lookup_with(uv, |texel| texel)
+    }
+
+    /// The colour at `uv`, with a function of the texels of an image in their place.
+    #[inline]
+    pub fn lookup_with(&self, uv: Vec2, decode: impl Fn(Rgb) -> Rgb) -> Rgb {
         match self {
             Self::Image { image, scale } => {
                 let size = (image.width(), image.height());
-                *scale * bilinear(size, uv, |x, y| image.get(x, y))
+                *scale * bilinear(size, uv, |x, y| decode(image.get(x, y)))
             }
             Self::Placed {
                 image,
@@ -55,11 +61,12 @@ impl Texture {
                 uv_map,
             } => {
                 let size = (image.width(), image.height());
-                *tint * bilinear(size, uv_map.apply(size, uv), |x, y| image.get(x, y))
+                let uv = uv_map.apply(size, uv);
+                *tint * bilinear(size, uv, |x, y| decode(image.get(x, y)))
             }
             Self::Checker { colours, repeat } => {
                 let field = uv * *repeat;
-                colours[usize::from(is_odd(field.x) != is_odd(field.y))]
+                decode(colours[usize::from(is_odd(field.x) != is_odd(field.y))])
             }
         }
     }

@@ -83,6 +83,14 @@ impl Header {
         let width = word()?.parse().ok()?;
         let height = word()?.parse().ok()?;
         let scale: f64 = word()?.parse().ok()?;
+        // A line may end in two characters: then there is a byte more than pixels take.
+        let size = |width: usize, height: usize| {
+            usize::checked_mul(4 * channels, width.checked_mul(height)?)
+        };
+        let is_one_longer = bytes.len().checked_sub(length + 1) == size(width, height);
+        if bytes[length - 1] == b'\r' && bytes.get(length) == Some(&b'\n') && is_one_longer {
+            length += 1;
+        }
         Some(Self {
             channels,
             width,

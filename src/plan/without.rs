@@ -197,7 +197,7 @@ fn flatten_map(material: &mut MaterialDescription) {
 fn absorb(material: &mut MaterialDescription, effect: Effect) {
     let map = material.metallic_roughness_map.as_deref();
     let metal = map.map_or(1.0, |map| mean(map).to_array()[2]);
-    // Mapped surfaces are rough everywhere.
+    // The opaque lobes of mapped surfaces are rough everywhere; their glass may be smooth.
     let is_mapped = map.is_some();
     let model = &mut material.model;
     let black = ColourDescription::Constant(Rgb::BLACK);
@@ -234,7 +234,7 @@ fn absorb(material: &mut MaterialDescription, effect: Effect) {
             transmission,
             ..
         } => {
-            if effect == Effect::Transmission {
+            if effect == Effect::Transmission || (effect == Effect::Specular && is_mapped) {
                 scale(base_color, 1.0 - (1.0 - metal * *metallic) * *transmission);
                 *transmission = 0.0;
                 return;

@@ -45,8 +45,14 @@ impl SphericalRectangle {
         let far_angles = add_angles(angle(x[0], y[1], 1.0), angle(x[0], y[0], -1.0));
         let [cos, sin] = add_angles(near_angles, far_angles);
         let sum = sin.atan2(cos);
-        // The sum exceeds 2 pi by the solid angle, which is below 2 pi itself.
-        let solid_angle = if sum < 0.0 { sum + TAU } else { sum };
+        // The sum exceeds 2 pi by the solid angle, which exceeds pi only above the rectangle. Elsewhere a negative sum is a
+        // rounding error.
+        let is_above = x[0] < 0.0 && x[1] > 0.0 && y[0] < 0.0 && y[1] > 0.0;
+        let solid_angle = match sum < 0.0 {
+            true if is_above => sum + TAU,
+            true => 0.0,
+            false => sum,
+        };
         Some(Self {
             x,
             y,

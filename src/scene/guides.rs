@@ -1,7 +1,7 @@
-//! The guides of light paths in a scene: spheres around the shapes that throw light onto others.
+//! The guides of light paths in a scene: spheres around the shapes that cast caustics.
 //!
-//! Metal, mirrors and glass throw light if they are smooth enough; a coat reflects too little. Where that is decided wrongly
-//! an image has more noise, and no other mean.
+//! Metal, mirrors and glass cast caustics if they are smooth enough; a coat reflects too little. A wrong decision adds
+//! noise and no bias.
 //!
 //! Measure: normalised units.
 //! Range: any scene; an instance that moves is enclosed in all of its places.
@@ -9,21 +9,23 @@
 
 use super::description::{MaterialDescription, MaterialModel, SceneDescription};
 use super::{Scene, Shape};
+use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
 use crate::light::guides::{Guides, MOST_GUIDES};
 use crate::light::types::BoundingSphere;
 use crate::math::bounds::Bounds;
+use crate::math::rgb::Rgb;
 
-/// The largest perceptual roughness of a surface that throws light.
+/// The largest perceptual roughness of a surface that casts caustics.
 const LARGEST_ROUGHNESS: f32 = 0.35;
 
-/// The least exponent of a Phong lobe that throws light: about as wide as a lobe of the largest roughness.
+/// The least exponent of a Phong lobe that casts caustics: about as wide as a lobe of the largest roughness.
 const LEAST_EXPONENT: f32 = 100.0;
 
-/// The least share of metal or glass in a surface that throws light.
+/// The least share of metal or glass in a surface that casts caustics.
 const LEAST_SHARE: f32 = 0.3;
 
-/// Whether a material throws light onto other surfaces.
+/// Whether a material casts caustics.
 pub fn casts_caustics(material: &MaterialDescription) -> bool {
     let is_smooth = |roughness: f32| roughness <= LARGEST_ROUGHNESS;
     match &material.model {
@@ -44,7 +46,11 @@ pub fn casts_caustics(material: &MaterialDescription) -> bool {
             roughness,
             transmission,
             ..
-        } => is_smooth(*roughness) && metallic.max(*transmission) >= LEAST_SHARE,
+        } => {
+            let map = material.metallic_roughness_map.as_deref();
+            let [_, rough, metal] = map.map_or(Rgb::WHITE, Texture::mean).to_array();
+            is_smooth(rough * roughness) && transmission.max(metal * metallic) >= LEAST_SHARE
+        }
     }
 }
 
@@ -75,7 +81,7 @@ pub(super) fn guides(description: &SceneDescription, shapes: &[Shape], world: &W
 }
 
 impl Scene {
-    /// Whether light paths may pay: a shape throws light, and there is a light that paths can begin at.
+    /// Whether light paths may pay: a shape casts caustics, and there is a light that paths can begin at.
     pub fn casts_caustics(&self) -> bool {
         !self.guides.is_empty() && !self.lights.is_empty()
     }

@@ -25,7 +25,7 @@ impl NormalMap {
         let NormalMapDescription { texture, strength } = description;
         let flat = texture
             .constant()
-            .is_some_and(|colour| tangent_normal(colour, *strength) == Vec3::Z);
+            .is_some_and(|colour| tangent_normal(colour.map(centred), *strength) == Vec3::Z);
         (!flat && *strength != 0.0).then(|| Self {
             texture: Arc::clone(texture),
             strength: *strength,
@@ -41,18 +41,24 @@ impl NormalMap {
         };
         let t = ns.cross(s);
         let t = if t.dot(along_v) < 0.0 { -t } else { t };
-        let n = tangent_normal(self.texture.lookup(uv), self.strength);
+        let texel = self.texture.lookup_with(uv, |texel| texel.map(centred));
+        let n = tangent_normal(texel, self.strength);
         let tilted = (n.x * s + n.y * t + n.z * ns).normalize_or(ns);
         if tilted.dot(ng) > 0.0 { tilted } else { ns }
     }
 }
 
-/// Decodes the normal of a texel. Codes of 8 bits have no exact middle: 127 and 128 both mean 0.
+/// Returns the middle for the two codes of 8 bits beside it, and other values as they are: codes have no exact middle, and
+/// both are written for 0.
+#[inline]
+fn centred(value: f32) -> f32 {
+    const BESIDE: [f32; 2] = [(127.0_f64 / 255.0) as f32, (128.0_f64 / 255.0) as f32];
+    if BESIDE.contains(&value) { 0.5 } else { value }
+}
+
+/// Decodes the normal of a texel.
 fn tangent_normal(texel: Rgb, strength: f32) -> Vec3 {
-    let [x, y, z] = texel.to_array().map(|c| {
-        let level = (c - 0.5).abs() < 0.6 / 255.0;
-        if level { 0.0 } else { 2.0 * c - 1.0 }
-    });
+    let [x, y, z] = texel.to_array().map(|c| 2.0 * c - 1.0);
     Vec3::new(strength * x, strength * y, z).normalize_or(Vec3::Z)
 }
 

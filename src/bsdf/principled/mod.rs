@@ -89,7 +89,8 @@ impl Principled {
                 metal_ms: Rgb::BLACK,
                 base: Rgb::BLACK,
                 coat_f0,
-                base_scale: FRAC_1_PI / (1.0 - mean.reflected(coat_f0, 1.0)),
+                // A coat that reflects everything, by rounding, leaves no light for the base.
+                base_scale: FRAC_1_PI / (1.0 - mean.reflected(coat_f0, 1.0)).max(f32::EPSILON),
                 multiple_scale,
                 pdf_scale,
             },

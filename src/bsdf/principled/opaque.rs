@@ -85,7 +85,7 @@ impl<V: Vector> OpaqueLobes<V> {
         reflectance: impl FnOnce(f32) -> Rgb<V>,
     ) -> BsdfValue<V> {
         let o = choice.o;
-        let through = |s: SingleScatter| 1.0 - s.reflected(self.coat_f0, 1.0);
+        let through = |s: SingleScatter| (1.0 - s.reflected(self.coat_f0, 1.0)).max(0.0);
         let base = self.base_scale * through(o) * through(i);
         let ms = multiple_scattering(o, i, self.multiple_scale);
         let mut f = self.base * base + self.metal_ms * ms;

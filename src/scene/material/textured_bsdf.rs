@@ -154,9 +154,11 @@ impl TexturedBsdf {
     /// The effects that the BSDF requires of a kernel.
     pub(super) fn effects(&self) -> EffectSet {
         match self {
-            // Any part may be a dielectric, and every part is rough.
+            // Any part may be a dielectric. Glass may be smooth where opaque lobes still are rough.
             Self::PrincipledMapped(parameters, ..) => {
-                Principled::new(&mapped_parameters(parameters, 1.0, 0.0)).effects()
+                let at =
+                    |roughness| Principled::new(&mapped_parameters(parameters, roughness, 0.0));
+                at(0.0).effects() | at(1.0).effects()
             }
             _ => self.bsdf(Vec2::ZERO).effects(),
         }
@@ -225,8 +227,8 @@ pub(super) fn mapped(parameters: &PrincipledParameters, base_color: Rgb, map: Rg
     })
 }
 
-/// Multiplies roughness and metallic by factors in [0, 1]. The surface stays rough, so that no part of it is a delta and
-/// the effects of a kernel do not depend on the texture.
+/// Multiplies roughness and metallic by factors in [0, 1]. Opaque lobes stay rough, so that they are no deltas wherever
+/// the texture is black.
 #[inline]
 fn mapped_parameters(
     parameters: &PrincipledParameters,

@@ -18,7 +18,7 @@ use etendue::internals::scene::Scene;
 pub const SAMPLES_AT_ONCE: u64 = 16;
 
 /// Edge of a tile in pixels: small tiles cover the image sooner.
-const TILE_SIZE: u32 = 8;
+const TILE_SIZE: u32 = 32;
 
 /// A render: a scene with its filter, size and settings.
 #[derive(Debug, Clone, Copy)]

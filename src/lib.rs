@@ -48,8 +48,8 @@
 //!
 //! # Versions
 //!
-//! Rust 1.89 or newer; an older one is given up with a minor version. While the major version is 0, what breaks programs comes
-//! with a minor version, too. Enumerations that may grow are non-exhaustive.
+//! Rust 1.89 or newer; a minor version may require a newer one. While the major version is 0, minor versions may break
+//! programs, too. Enumerations that may grow are non-exhaustive.
 
 // Modules have more than the public interface needs: what the lab, the command and tests use of them.
 #![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]

@@ -165,7 +165,7 @@ impl<const N: usize> Default for RayHitLanes<N> {
 }
 
 impl RayLanes<LANES> {
-    /// The ray of a lane, as it was before it was traced, if it is infinitely long, and its time.
+    /// The ray of a lane and its time. A query overwrites the end of the ray.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> (Ray, f32) {
         let ray = Ray {
@@ -211,7 +211,7 @@ vectorised! {
 }
 
 impl RayHitLanes<LANES> {
-    /// The infinitely long ray of a lane, and its time.
+    /// The ray of a lane, as infinitely long since a query overwrites its end, and its time.
     #[inline(always)]
     pub fn ray(&self, lane: usize) -> (Ray, f32) {
         let (ray, time) = self.rays.get(lane);

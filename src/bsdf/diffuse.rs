@@ -50,8 +50,8 @@ impl<V: Vector> Diffuse<V> {
         (wo.z() != 0.0).then(|| self.sample_cosine(wo, numbers.by_cosine.into()))
     }
 
-    /// Samples the direction of given cosine-weighted direction on the upper hemisphere, for `wo` that is not tangential. Free
-    /// of branches.
+    /// The sample for a cosine-weighted direction on the upper hemisphere, flipped to the side of `wo`, which is not
+    /// tangential. Free of branches.
     #[inline(always)]
     pub fn sample_cosine(&self, wo: V, by_cosine: V) -> BsdfSample<V> {
         let [x, y, z] = by_cosine.into();

@@ -5,7 +5,7 @@
 //! sample would raise both v and x^2 and so hide its own error. Therefore v is taken from one half of the batches and
 //! r from the other, both ways, and E is the mean of both (`relative_variance.rs`).
 //!
-//! **The bound.** It starts from an estimate that is not corrected for the noise of r, which lies above E on the mean.
+//! **The bound.** It starts from an estimate that is not corrected for the noise of r, which lies above E on average.
 //! e_even and e_odd of a block of pixels estimate the same value from different samples. Their differences give the
 //! variance of E without a model of how the error varies over the image, and blocks contain the correlation of
 //! neighbours, also of those that share samples: blocks grow with the reach of a sample. The squared error of this one
@@ -139,7 +139,8 @@ impl Film {
             let bound = (parts.upper_mean + MODEL_ERROR * mse).sqrt();
             return Some(estimate(bound.hypot(ROUNDING), None));
         }
-        // Degrees of freedom: those of as many equal blocks. Of n of them, the squares have this ratio 3 / (n + 2) on the mean.
+        // Degrees of freedom: those of as many equal blocks. Of n of them, the squares have this ratio 3 / (n + 2) on
+        // average.
         let freedom = (3.0 * second * second / fourth - 2.0).max(1.0);
         let doubt = parts.doubt(standard_error);
         let bound = match doubt {
@@ -325,7 +326,7 @@ mod tests {
 
     #[test]
     fn error_estimate_holds_when_batches_miss_an_emitter_edge() {
-        // One in four samples of column 10 meets a lamp: of its 192 batches of 16 samples, two miss it in the mean.
+        // One in four samples of column 10 meets a lamp: of its 192 batches of 16 samples, two miss it on average.
         let is_edge = |pixel: usize| pixel % SIZE.0 as usize == 10;
         let truth = |pixel: usize| if is_edge(pixel) { 251.0 } else { 1.0 };
         let edge = |pixel: usize, numbers: &mut Numbers| match is_edge(pixel) {

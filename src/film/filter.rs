@@ -36,7 +36,7 @@ pub enum FilterSampling {
 }
 
 impl FilterSampling {
-    /// Both ways.
+    /// Both estimators.
     pub const ALL: &'static [Self] = &[Self::Splatting, Self::Importance];
 
     /// The name on the command line.

@@ -47,7 +47,7 @@ pub(super) struct RelativeVariances {
     reach: usize,
     /// Means over the channels: the variance by the even batches, and by the odd ones.
     halves: [Vec<f64>; 2],
-    /// relMSE with nothing added for the noise of r: larger than the truth on the mean.
+    /// relMSE with nothing added for the noise of r: larger than the truth on average.
     pub(super) upper_mean: f64,
     /// The largest term of relMSE that a single sample could account for.
     pub(super) largest_sample: f64,

@@ -4,7 +4,7 @@
 //! any order of the threads.
 //!
 //! Measure: film positions in pixels from the upper left corner of the whole image; radiance, times the number of
-//! light paths that it is to be divided by.
+//! samples by which the buffer divides.
 //! Range: finite values; any position. 192 bytes a pixel.
 //! Source: `pixel.rs` for the sums. Tested below and in `tests/rendering/bidirectional.rs`.
 
@@ -35,7 +35,7 @@ pub struct Strategy {
 pub struct Splat {
     /// The film position.
     pub film: Vec2,
-    /// Radiance times the number of light paths.
+    /// Radiance times the number of samples.
     pub value: Rgb,
 }
 
@@ -61,7 +61,7 @@ impl SplatList<'_> {
 #[derive(Debug)]
 pub struct Splats {
     window: Window,
-    /// The number of light paths so far, of each batch.
+    /// The number of samples so far, of each batch.
     paths: [AtomicU64; BATCHES as usize],
     /// Pixels row by row, each with its batches.
     rows: Vec<Mutex<Vec<PixelSums>>>,
@@ -120,19 +120,19 @@ impl Splats {
         pixel.add(sample, value);
     }
 
-    /// Counts light paths of the sample with this index, with or without splats.
+    /// Counts samples with this index, with or without splats.
     pub fn add_paths(&self, sample: u64, count: u64) {
         self.paths[(sample % BATCHES) as usize].fetch_add(count, Ordering::Relaxed);
     }
 
-    /// The number of light paths of all batches.
+    /// The number of samples of all batches.
     pub fn path_count(&self) -> u64 {
         (0..self.paths.len())
             .map(|batch| self.paths_of(batch))
             .sum()
     }
 
-    /// The number of light paths of each batch.
+    /// The number of samples of each batch.
     pub fn paths(&self) -> [u64; BATCHES as usize] {
         std::array::from_fn(|batch| self.paths_of(batch))
     }
@@ -163,7 +163,7 @@ impl Splats {
         }
     }
 
-    /// The mean of a pixel of the window over all light paths.
+    /// The mean of a pixel of the window over all samples.
     pub fn mean(&self, pixel: usize) -> [f64; 3] {
         let splats = self.pixel(pixel);
         let paths = self.path_count().max(1) as f64;
@@ -171,7 +171,7 @@ impl Splats {
         std::array::from_fn(|c| values.iter().map(|batch| batch[c]).sum::<f64>() / paths)
     }
 
-    /// The means of a pixel over the light paths of each batch.
+    /// The means of a pixel over the samples of each batch.
     pub fn batch_means(&self, pixel: usize) -> [[f64; 3]; BATCHES as usize] {
         let values = self.pixel(pixel).values();
         std::array::from_fn(|batch| {

@@ -44,7 +44,7 @@ pub enum IntegratorKind {
 }
 
 impl IntegratorKind {
-    /// Every integrator: the path tracers of the course from the first to the last, then those that are no path
+    /// Every integrator: the path tracers of the course from the first to the last, then those that are not path
     /// tracers, then `auto`, which stands for one of them.
     pub const ALL: &'static [Self] = &[
         Self::Naive,
@@ -81,7 +81,7 @@ impl IntegratorKind {
         }
     }
 
-    /// The technique by which light is found; `None` for an integrator that is no path tracer.
+    /// The technique by which light is found; `None` for an integrator that is not a path tracer.
     pub fn technique(self) -> Option<Technique> {
         match self {
             Self::Naive => Some(Technique::NAIVE),

@@ -130,8 +130,8 @@ pub trait Integrator: Copy + Send + Sync {
     /// Whether the integrator estimates a wavefront faster than one sample after the other.
     const SIDE_BY_SIDE: bool = false;
 
-    /// Estimates the radiance of several samples. Each value is exactly the one that the sample would have by itself.
-    /// There is a sampler for each lane, in order.
+    /// Estimates the radiance of several samples. Each value is exactly the one that the sample would have by itself,
+    /// unless pixels share paths ([`Self::reuse`]). There is a sampler for each lane, in order.
     fn radiances<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
@@ -174,7 +174,7 @@ pub trait Integrator: Copy + Send + Sync {
     /// to other places on the film adds splats; the default adds none.
     #[expect(
         clippy::too_many_arguments,
-        reason = "a sample, and all that it may tell of"
+        reason = "a sample, and all that it reports to"
     )]
     #[inline]
     fn radiance_and_splats<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
@@ -204,7 +204,7 @@ pub trait Integrator: Copy + Send + Sync {
     }
 
     /// Traces a light path for each active lane of the samples, at its time, and stores the counts of their rays. There is a
-    /// sampler for each lane, in order. An integrator without light paths is not asked for any.
+    /// sampler for each lane, in order. Not called for an integrator without light paths.
     fn trace_light_paths<E: Effects, S: Sampler>(
         &self,
         _scene: &Scene,

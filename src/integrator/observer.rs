@@ -123,7 +123,7 @@ pub trait PathObserver {
     fn terminated(&mut self, _survival: f32) {}
     /// Called when the path ends at a surface: by absorption, or by the bounce limit.
     fn absorbed(&mut self) {}
-    /// Called with the value of the sample, which its pixel has taken in if it is finite.
+    /// Called with the value of the sample, which the film adds if it is finite.
     fn filmed(&mut self, _value: Rgb) {}
 }
 

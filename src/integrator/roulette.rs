@@ -1,5 +1,5 @@
-//! Russian roulette, by which paths end at random without bias: a path goes on with a survival probability, by which its
-//! throughput is divided then.
+//! Russian roulette, which ends paths at random without bias: a path continues with a survival probability, by which
+//! its throughput is then divided.
 //!
 //! Measure: throughputs without unit. Probabilities follow the throughput times the squared ratios of the refractive
 //! indices that transmission divided it by, as that factor is restored on the way out.
@@ -88,7 +88,7 @@ impl From<Roulette> for String {
     }
 }
 
-/// A text that is no rule of roulette.
+/// A text that does not name a rule of roulette.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoRoulette {
     /// An unknown name.

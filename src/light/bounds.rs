@@ -36,7 +36,7 @@ const MARGIN: f32 = 1e-5;
 pub struct LightBounds<V = Vec3> {
     /// The centre of the sphere; for lights at infinity the unit vector towards one, or any for several.
     pub center: V,
-    /// 1; 0 for lights at infinity, which are seen alike from everywhere.
+    /// 1, or 0 for lights at infinity, whose estimate does not depend on distance.
     pub nearness: f32,
     /// The radius of the sphere.
     pub radius: f32,

@@ -1,4 +1,4 @@
-//! Guides of light paths: spheres around the shapes that throw light, towards which emitted rays are sampled.
+//! Guides of light paths: spheres around the shapes that cast caustics, towards which emitted rays are sampled.
 //!
 //! An emitted ray is sampled by its light's own density or, with probability `GUIDED`, towards one of the spheres: a
 //! direction uniform in the cone of the sphere as seen from the point on the light, or for a light at infinity a point
@@ -19,10 +19,10 @@ use std::f32::consts::PI;
 /// light reaches metal and glass by way of other surfaces.
 const GUIDED: f32 = 0.25;
 
-/// The largest number of guides: a scene with more shapes that throw light has one guide around all of them.
+/// The largest number of guides: a scene with more shapes that cast caustics has one guide around all of them.
 pub const MOST_GUIDES: usize = 12;
 
-/// Spheres around the shapes that throw light.
+/// Spheres around the shapes that cast caustics.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Guides {
     spheres: Vec<BoundingSphere>,

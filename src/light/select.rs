@@ -34,7 +34,8 @@ pub struct Lights {
     map: Option<(u32, Arc<EnvironmentMap>)>,
 }
 
-/// A light for each lane, of a kind that is sampled in lanes. It is kept until the lane selects another one.
+/// The selected light of each lane, if it is of a kind that is sampled in lanes; kept from one bounce to the next until
+/// the lane selects another one.
 #[derive(Debug)]
 pub struct LightLanes {
     /// The indices of the lights that are set.

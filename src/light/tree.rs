@@ -25,7 +25,7 @@ use crate::sampling::distribution::joined;
 /// The largest number of children.
 pub const WIDTH: usize = LANES;
 
-/// The index of no slot.
+/// The slot of the root and of lights that are not in the tree, which are nobody's children.
 const NONE: u32 = u32::MAX;
 
 /// The bit that marks a child as a node.

@@ -12,7 +12,7 @@
 /// The number of lanes: a vector of AVX-512.
 pub const LANES: usize = 16;
 
-/// The largest count that is faster one by one.
+/// The largest number of active lanes that is faster to compute one lane at a time.
 pub const FEW: usize = 3;
 
 /// One number per lane.

@@ -30,8 +30,8 @@ impl PdfArea {
 }
 
 impl PdfSolidAngle {
-    /// The least pdf above 0: under MIS any other strategy has all of the weight, and where there is no other this
-    /// one has all of it.
+    /// The smallest density above 0: the MIS weight of any other technique is then 1, and without another technique
+    /// that of this one.
     pub const LEAST: Self = Self(f32::from_bits(1));
 
     /// Converts the pdf to area measure at squared distance `distance2`: p_A = p_omega |cos| / r^2.

@@ -15,7 +15,7 @@ const NORMAL_FREEDOM: f64 = 1e5;
 /// The quantile of the standard normal distribution at this probability.
 ///
 /// # Panics
-/// If `probability` is no probability.
+/// If `probability` is not a probability.
 pub fn normal_quantile(probability: f64) -> f64 {
     Normal::standard().inverse_cdf(probability)
 }
@@ -24,7 +24,7 @@ pub fn normal_quantile(probability: f64) -> f64 {
 /// 1: 1.96 to 2.0 for 95 % and four degrees or more.
 ///
 /// # Panics
-/// If `freedom` is not above 2, or `probability` is no probability.
+/// If `freedom` is not above 2, or `probability` is not a probability.
 pub fn standardised_student_quantile(freedom: f64, probability: f64) -> f64 {
     assert!(freedom > 2.0, "there is a variance");
     let scale = match freedom < NORMAL_FREEDOM {
@@ -38,7 +38,7 @@ pub fn standardised_student_quantile(freedom: f64, probability: f64) -> f64 {
 /// interval of this probability, in standard errors.
 ///
 /// # Panics
-/// If there are fewer than two numbers, or `probability` is no probability.
+/// If there are fewer than two numbers, or `probability` is not a probability.
 pub fn student_quantile(count: u64, probability: f64) -> f64 {
     student_quantile_of(count as f64 - 1.0, 0.5 + 0.5 * probability)
 }
@@ -46,7 +46,7 @@ pub fn student_quantile(count: u64, probability: f64) -> f64 {
 /// The one-sided quantile of Student's t with `freedom` degrees of freedom at this probability.
 ///
 /// # Panics
-/// If `freedom` is not above 0, or `probability` is no probability.
+/// If `freedom` is not above 0, or `probability` is not a probability.
 pub fn student_quantile_of(freedom: f64, probability: f64) -> f64 {
     match student(freedom) {
         Some(t) => t.inverse_cdf(probability),

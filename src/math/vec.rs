@@ -61,9 +61,9 @@ pub trait Vector:
     fn abs(self) -> Self;
     /// The signs of the components: -1, 0 or 1.
     fn signs(self) -> Self;
-    /// The smaller of each component.
+    /// The component-wise minimum.
     fn min(self, other: Self) -> Self;
-    /// The greater of each component.
+    /// The component-wise maximum.
     fn max(self, other: Self) -> Self;
     /// The greatest component.
     fn max_element(self) -> f32;

@@ -35,7 +35,8 @@ const LARGEST_UNCERTAINTY: f64 = 0.12;
 /// The samples grow by at least one in this many from one look to the next.
 const SMALL_STEP: u64 = 16;
 
-/// Of a forecast number of samples, all but one in this many of those that are missing are taken before the next look.
+/// The next estimate of the error is made when, of the missing samples by the forecast, all but one in this many are
+/// taken.
 const LAST_STEP: u64 = 5;
 
 /// The largest number of samples that is forecast.

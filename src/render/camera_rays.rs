@@ -24,7 +24,7 @@ use crate::planted::planted;
 use crate::sampler::{AnySampler, Decision, LaneStates, Sampler};
 use crate::scene::Scene;
 
-/// The largest number of packets, for packets of which few lanes are requested.
+/// The largest number of packets in a wavefront, which limits its memory where few lanes of each packet are requested.
 const MOST_PACKETS: usize = 4 * WAVEFRONT_SIZE / LANES;
 
 /// The bit of a column that no image has, for the random numbers of the second light path of a sample.
@@ -52,7 +52,8 @@ pub struct PacketIndex {
 #[derive(Debug)]
 pub struct CameraRays<E: Effects> {
     indices: Vec<PacketIndex>,
-    /// The samples; their active lanes are those to be estimated. Later elements are memory for later packets.
+    /// The samples; their active lanes are those to be estimated. Elements beyond those of `indices` are allocated for
+    /// later packets.
     samples: Vec<SampleLanes>,
     /// The requested samples of each packet.
     requested: Vec<ActiveLanes<LANES>>,

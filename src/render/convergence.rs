@@ -67,7 +67,7 @@ impl Look {
     }
 }
 
-/// An error's estimate after some looks: without a bound where the error has not fallen as it should.
+/// Returns an estimated error, without an upper bound if it is larger than the earlier estimates allow.
 pub fn stated(error: ErrorEstimate, samples: f64, looks: &[Look]) -> ErrorEstimate {
     let now = Look::new(samples, &error);
     let before = looks.iter().rfind(|look| 2.0 * look.samples <= samples);

@@ -24,7 +24,8 @@ pub struct Rendered {
     pub first: u64,
     /// Complete samples per pixel, the mean where pixels differ; some tiles have more after an interruption.
     pub spp: u64,
-    /// The samples per pixel, distributed evenly, that those of an adaptive render are worth; `None` where they are.
+    /// The number of uniformly distributed samples per pixel with the same error, for an adaptive render; `None` where
+    /// samples are distributed uniformly.
     pub worth: Option<f64>,
     /// Time that the rendering took.
     pub elapsed: Duration,
@@ -87,7 +88,8 @@ impl Rendered {
         error.is_some_and(|error| error.upper_bound <= target.rel_rmse)
     }
 
-    /// The samples per pixel, distributed evenly, that have this error: those by which looks are compared.
+    /// The number of uniformly distributed samples per pixel with this error, by which estimates of the error are
+    /// compared.
     fn even_spp(&self) -> f64 {
         self.worth.unwrap_or(self.spp as f64)
     }

@@ -44,7 +44,7 @@ pub(super) struct Run<'a> {
     settings: &'a RenderSettings,
     observer: &'a dyn RenderObserver,
     start: Instant,
-    /// The time that the samples before took.
+    /// The rendering time before this run.
     before: Duration,
     /// The index of the first sample.
     first: u64,

@@ -21,7 +21,7 @@ use crate::math::vec::Vec2;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// More than the weight of a sample in any pixel.
+/// An upper bound of the filter weight of a sample in any pixel.
 const LARGEST_WEIGHT: f32 = 16.0;
 
 /// The indices of the samples to be taken in a tile's pixels.
@@ -229,7 +229,8 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
                         .estimate_one(packet, lane, scene, integrator, observer, splats);
                 }
                 if !tile.window.contains(self.pixel(packet, lane)) {
-                    // Light paths are counted by the pixels of the tile.
+                    // Only the samples of the tile's own pixels are counted for splats, so that others must not add
+                    // any.
                     self.elsewhere.splats.clear();
                 }
                 kept.set(lane, self.film(tile, packet, lane, observer));
@@ -291,8 +292,8 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         }
     }
 
-    /// Adds one sample to the film, but to several pixels only with its packet ([`Self::splat`]). Returns whether it is
-    /// finite.
+    /// Adds one sample to the film. Where samples contribute to several pixels, this adds only its splats and counts,
+    /// and [`Self::splat`] the sample with its packet. Returns whether it is finite.
     #[inline]
     fn film<O: PathObserver + ?Sized>(
         &mut self,

@@ -57,7 +57,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         .map(|shapes| place(shapes, description))
         .collect::<Result<Vec<_>>>()?;
     let (normalisation, radius) = {
-        // Large; dropped before anything is built.
+        // The boxes take much memory, so that they are dropped before anything is built.
         let boxes = boxes(&roots, &groups, &layout);
         let normalisation = Normalisation::of(&boxes);
         let radius = scene_radius(&boxes, &normalisation);

@@ -1,5 +1,5 @@
 //! Sessions: a prepared scene for repeated renders, additional samples and ray queries, also after changes of the
-//! camera or of instance transforms, without rebuilding what has not changed. Other programs do by a session what the
+//! camera or of instance transforms, without rebuilding what has not changed. Other programs use a session for what the
 //! command does.
 //!
 //! The crate's first page has an example.

@@ -121,7 +121,7 @@ impl Session {
             ..options.clone()
         };
         let mut settings = options.settings(&self.description)?;
-        // The camera does not see where other rays begin.
+        // Light paths are connected to the camera, and only its pixels share paths.
         settings.light_paths = LightPathRule::Share(LightPathShare::None);
         settings.reuse = ReuseRule::Pixels(Reuse::Off);
         check(&self.scene, &settings)?;

@@ -181,7 +181,7 @@ struct Failures {
 }
 
 impl Failures {
-    /// Returns the result, if it is no error, which is noted.
+    /// Returns the value of a result; keeps the first error and prints later ones.
     fn note<T>(&mut self, result: Result<T>) -> Option<T> {
         match result {
             Ok(value) => return Some(value),

@@ -260,7 +260,7 @@ fn lit(at: DVec3, intensity: f64) -> Vec<f64> {
     (0..columns * rows).map(pixel).collect()
 }
 
-/// The ratio of the measured to the exact radiance, in the mean over the pixels for which `counts` is true.
+/// The ratio of the measured to the exact mean radiance of the pixels for which `counts` is true.
 fn over_exact(seen: &[f64], exact: &[f64], counts: impl Fn(usize) -> bool) -> f64 {
     let sum = |of: &[f64]| -> f64 {
         let pixels = of.iter().enumerate();

@@ -1,4 +1,4 @@
-//! The irradiance cache compared with closed forms at every point, not in the mean.
+//! The irradiance cache compared with closed forms at every point, not on average.
 //!
 //! Measure: points; irradiance over the exact irradiance.
 //! Range: error bounds of 20 and of 5 %; points that the cache leaves to path tracing are not evaluated.

@@ -85,7 +85,7 @@ pub fn run(
         integrator,
         ..asked
     };
-    // By the seed of `plan`, so that both choose alike.
+    // With the seed of `plan`, so that both make the same choice.
     let settled = prepared.settle(&asked, options, &watch)?;
     let base = RenderSettings {
         seed: combine(settings.seed, SEEDS),

@@ -58,7 +58,7 @@ impl Difference {
         for error in [a.standard_error, b.standard_error] {
             let variance = error * error;
             self.variance += variance;
-            // The square of an estimated variance is too large by (f + 2) / f in the mean.
+            // The square of an estimated variance is too large by (f + 2) / f on average.
             self.of_variance += variance * variance / (freedom + 2.0);
         }
     }

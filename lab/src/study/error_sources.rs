@@ -58,7 +58,7 @@ struct Names {
     lights: Vec<String>,
 }
 
-/// The lights that are no shapes.
+/// The lights that are not shapes.
 const OTHER_LIGHT: &str = "lights without a surface";
 const ENVIRONMENT: &str = "environment and distant lights";
 const SEEN: &str = "seen directly";

@@ -81,7 +81,7 @@ impl Gatherer<'_> {
         let mut radiance = vec![Rgb::BLACK; cells.count()];
         let mut distance = vec![f32::INFINITY; cells.count()];
         let mut memory = PathMemory::<E>::default();
-        // Nothing moves.
+        // A scene with motion has no cache (`dispatch::check`).
         let time = 0.0;
         for first in (0..cells.count()).step_by(WAVEFRONT_SIZE) {
             let (mut asked, mut samplers) = (Vec::new(), Vec::new());

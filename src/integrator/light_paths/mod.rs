@@ -68,8 +68,8 @@ impl LightPathShare {
         }
     }
 
-    /// Whether a sample has a light path, by its random numbers where not every sample has one. Their number varies a
-    /// little, but never depends on other samples, so that it needs no count.
+    /// Whether a sample has a light path. Where not every sample has one, a random number of the sample decides, so
+    /// that no sample depends on others; the total number of light paths then varies.
     #[inline]
     pub fn has_path<S: Sampler>(self, sampler: &mut S) -> bool {
         let number = self.number();

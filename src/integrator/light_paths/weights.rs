@@ -21,11 +21,10 @@
 
 use crate::sampling::mis::with_another;
 
-/// The second moment that stands for light which camera paths miss, where it would be infinite.
+/// The upper limit of the second moment of camera paths alone, which is infinite where no camera path finds the light.
 const MISSED: f64 = 1e12;
 
-/// The densities of one end at a surface that scatters: of continuing in a direction, and the cosine of that direction
-/// with the geometric normal.
+/// One direction at a scattering vertex: the density of continuing along it, and its cosine with the geometric normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct End {
     /// The density of continuing, per steradian.
@@ -34,15 +33,15 @@ pub struct End {
     pub cos: f32,
 }
 
-/// The factor of a surface in the ratio of the densities of a path from the other end and of one from this end: `there`
-/// is the end from which this path came, `on` the end towards which it continues. Free of branches.
+/// The factor of a vertex in the ratio of the density of a path traced from the other end to that of this path: `there`
+/// is the direction back along this path, `on` the direction in which it continues. Free of branches.
 #[inline(always)]
 pub fn passage(there: End, on: End) -> f32 {
     (there.pdf / on.pdf) * (on.cos / there.cos).abs()
 }
 
 /// The ratio d^2 / c for the surface that the camera sees: `over_film_density` is the number of light paths for each
-/// camera path, over their density on the film, `per_steradian` the area of film of a steradian.
+/// camera path, over their density on the film, `per_steradian` the film area per steradian.
 #[inline(always)]
 pub fn of_camera(over_film_density: f32, distance2: f32, per_steradian: f32) -> f32 {
     over_film_density * distance2 / per_steradian

@@ -36,10 +36,12 @@ pub struct PathBlock<E: Effects> {
     pub beta: Lanes3,
     /// The radiance found so far.
     pub radiance: Lanes3,
-    /// The factors by which Russian roulette corrects the throughputs: transmission divides them by eta^2 on the way into
-    /// glass and restores them on the way out, which is no reason to end a path.
+    /// The product of eta^2 over the refractions of each path. Russian roulette multiplies the throughput by it to get
+    /// the survival probability: transmission divides the throughput by eta^2 on the way into glass and restores it on
+    /// the way out, which is no reason to end a path.
     pub eta_scale: State<E::Transmission, Lanes<f32>>,
-    /// The densities of light paths over those of the paths, without that of the first ray; zero from the camera.
+    /// The densities with which light paths find the same paths, over those of the paths, up to the factor of the
+    /// density of the light path's first ray; zero on camera rays.
     light_path_ratio: State<E::LightPaths, Lanes<f32>>,
     /// The points of the last scattering events, and their normals as receivers of light.
     from: Lanes3,
@@ -101,7 +103,7 @@ impl<E: Effects> PathBlock<E> {
         self.shadow_rays = [0; LANES];
     }
 
-    /// Begins a path in a lane with the camera ray of a lane of samples, whose index in the wavefront is given.
+    /// Begins the path of sample `path` of the wavefront in a lane, with the camera ray of lane `from` of `samples`.
     fn begin_lane(&mut self, lane: usize, path: usize, samples: &SampleLanes, from: usize) {
         let (camera_ray, found) = samples.camera_ray(from);
         self.active.set(lane, true);
@@ -262,8 +264,8 @@ impl<E: Effects> PathBlock<E> {
         }
     }
 
-    /// Sets the extension ray of a lane, which leaves a flat shape along `wi`; its density is infinite for a delta lobe. Free
-    /// of branches.
+    /// Sets the extension ray of a lane along `wi`, with the exclusion that holds for flat shapes, and the density of
+    /// `wi`, infinite for a delta lobe. Free of branches.
     #[inline(always)]
     pub fn leave<V: Vector>(
         &mut self,

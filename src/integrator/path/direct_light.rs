@@ -80,7 +80,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         lit
     }
 
-    /// Computes the reflected light of the samples of `lit`, and the shadow rays.
+    /// Computes the contributions of the light samples of `lit`, and their shadow rays.
     ///
     /// `cached` marks lanes whose indirect light is cached: there no scattered ray can hit a light.
     pub(super) fn reflect_lights<E: Effects, S, O: PathObserver + ?Sized>(
@@ -149,9 +149,9 @@ struct Reflected {
     goes_through: bool,
 }
 
-/// Computes the reflected light of a light sample, weighted against BSDF sampling and, by the ratio `over_nee` of their
-/// densities, against light paths. Its density includes the probability
-/// `pmf` of choosing the light, and is infinite for a delta light. Free of branches.
+/// Computes the contribution of a light sample, weighted against BSDF sampling and, by the ratio `over_nee` of their
+/// densities, against light paths. The density of the sample includes the probability `pmf` of selecting the light, and
+/// is infinite for a delta light. Free of branches.
 #[inline(always)]
 fn reflected<E: Effects>(
     at: &Interaction<E, LaneVec3>,

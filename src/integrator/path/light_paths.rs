@@ -131,7 +131,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
     }
 
-    /// Multiplies the ratios of the camera paths that were scattered by the factors of the surfaces they leave.
+    /// Multiplies the ratios of camera paths by the factors of the surfaces that they leave, and sets them to zero
+    /// where no light path finds the path.
     pub(super) fn pass_light_path_ratios<E: Effects>(
         &self,
         bounce: u32,

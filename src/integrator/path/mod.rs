@@ -363,7 +363,7 @@ impl Cached {
     };
 }
 
-/// A wavefront of samples whose paths are traced, all of which have scattered equally often.
+/// The context of a wavefront of paths, all of which have scattered equally often.
 pub struct Walk<'a, S, O: ?Sized> {
     /// The scene.
     pub scene: &'a Scene,
@@ -419,7 +419,7 @@ impl<S, O: PathObserver + ?Sized> Walk<'_, S, O> {
     }
 }
 
-/// The first two of several numbers per lane.
+/// The first two of several random numbers per lane.
 #[inline(always)]
 fn first_two<const N: usize>(numbers: &mut [Lanes<f32>; N]) -> &mut [Lanes<f32>; 2] {
     numbers

@@ -1,7 +1,7 @@
 //! Path reuse between the pixels of a group: light that arrives at one path's second surface is taken by every pixel.
 //!
 //! Let x_k be the surface that pixel k of a group sees, and y_j the next surface of pixel j's path, both matte. If p_k is
-//! the density by which the path of pixel k is scattered, in directions,
+//! the density with which the path of pixel k is scattered, in directions,
 //!
 //!   g_k(y) = p_k(x_k -> y) |cos at y| V(x_k, y) / |y - x_k|^2
 //!
@@ -17,14 +17,14 @@
 //! these factors over i, so that roulette sees the light that all pixels take. Emission of y_j and direct light at x_i,
 //! which have their own weights, are not shared.
 //!
-//! A pixel k shares if x_k is matte and not black: paths end on black surfaces, so that their pixels find no y. This depends
-//! on no sampled direction and is the same for every j. A second surface y is shared if it is matte with no interpolated
-//! normal, which depends on y alone. A pixel on the other side of y's surface takes no part, neither in the sum over i nor in
-//! that over k. Every other path is its own, with weight one.
+//! A pixel k shares if x_k is matte and not black: paths end on black surfaces, so that their pixels find no y. This
+//! depends on no sampled direction and is the same for every j. A second surface y is shared if it is matte with no
+//! interpolated normal, which depends on y alone. A pixel on the other side of y's surface takes no part, neither in
+//! the sum over i nor in that over k. Any other path is not shared: it counts for its own pixel alone, with weight one.
 //!
 //! Measure: radiance; densities per area of normalised scene units.
 //! Range: kernels with `Reuse`, of scenes without motion and alpha. A path whose own density is zero or infinite by
-//! rounding is its own.
+//! rounding is not shared.
 //! Source: Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths"; Veach 1997, section 9.2.
 //! Tested in `tests/rendering/reuse.rs`.
 
@@ -228,7 +228,7 @@ impl<E: Effects> SharedPaths<E> {
             return;
         }
         let mut asked = pixels.and(|pixel| density[pixel] > 0.0);
-        // The path itself has shown that nothing is between.
+        // The path's own segment is unoccluded, so that it needs no shadow ray.
         asked.set(path, false);
         let mut visible = [0.0; LANES];
         if asked.any() {

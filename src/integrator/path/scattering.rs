@@ -27,7 +27,8 @@ use crate::scene::interaction::lanes::InteractionLanes;
 use crate::scene::{Scene, ShapeTraits};
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Samples the BSDFs of a block by the numbers of a decision, and evaluates them for the light samples of the lanes `lit`.
+    /// Samples the BSDFs of a block with the random numbers of `decision`, and evaluates them for the light samples of
+    /// the lanes `lit`.
     pub(super) fn sample_bsdfs<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         walk: &mut Walk<'_, S, O>,
@@ -88,7 +89,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 
     /// Scatters the paths of a block, sets the extension rays of those that continue, and deactivates the lanes of the
-    /// others. Russian roulette takes the number of a decision.
+    /// others. `decision` addresses the random number of Russian roulette.
     pub(super) fn scatter<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         walk: &mut Walk<'_, S, O>,
@@ -194,7 +195,7 @@ fn sample_principled<E: Effects>(
     }
 }
 
-/// Sets the numbers of the given lanes.
+/// Copies the values of the given lanes.
 #[inline(always)]
 pub(super) fn replace(lanes: &ActiveLanes<LANES>, to: &mut Lanes<f32>, of: &Lanes<f32>) {
     for (lane, (to, of)) in to.iter_mut().zip(of).enumerate() {
@@ -219,7 +220,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// Mirrors sampled directions to the side of `wo`, and marks those that are not lost.
+    /// Flips sampled directions to the side of `wo`, and marks the lanes whose direction was sampled above the surface.
     fn mirror_down(
         wo: &Lanes3,
         wi: &mut Lanes3,
@@ -238,7 +239,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// Sets the samples of the given lanes, with the values and the densities of the BSDFs.
+    /// Stores the samples of the given lanes, with the weights f |cos| / pdf.
     fn weigh(
         lanes: &ActiveLanes<LANES>,
         wi: &Lanes3,
@@ -310,7 +311,8 @@ vectorised! {
 }
 
 vectorised! {
-    /// Applies the BSDF samples to the paths: throughputs, roulette and extension rays, from flat shapes.
+    /// Applies the BSDF samples to the paths: throughputs, Russian roulette, and extension rays with the exclusion that
+    /// holds for flat shapes.
     fn extend<E: Effects>(
         active: &ActiveLanes<LANES>,
         rule: Survival,

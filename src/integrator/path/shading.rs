@@ -1,4 +1,4 @@
-//! The memory of the stages of a bounce, for one block of paths.
+//! The BSDFs at the surfaces of a block, and the buffers of the stages of a bounce.
 //!
 //! Measure: as each field says.
 //! Range: any block.

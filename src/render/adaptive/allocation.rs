@@ -24,8 +24,8 @@ use crate::planted::planted;
 /// The largest distance of neighbours in rows and columns: 24 of the other colour.
 const REACH: usize = 3;
 
-/// The least share of a pixel, relative to the mean, before shares are scaled to the mean 1: light that the pilot has
-/// not found anywhere near may be there all the same.
+/// The least share of a pixel, relative to the mean, before shares are scaled to the mean 1: the pilot may have missed
+/// light in the pixel and in all its neighbours.
 const LEAST_SHARE: f64 = 0.125;
 
 /// The allocation of samples to the pixels.

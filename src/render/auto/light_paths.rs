@@ -6,10 +6,10 @@
 //! variance of its own contribution would be larger without ([`LightRatios::gain`]). With V the variance of a sample of the
 //! pilot and D the sum of these gains for a sample, both over the squared truth, light paths pay if 1 + D / V is above the
 //! ratio of the times of a sample. That ratio is between 1.2 and 1.6 in the scenes of docs/hard-light.md with surfaces that
-//! throw light.
+//! cast caustics.
 //!
 //! Measure: relative variance.
-//! Range: any scene; without a shape that throws light there is no pilot, and there are no light paths.
+//! Range: any scene; without a shape that casts caustics there is no pilot, and there are no light paths.
 //! Source: the second moment of a multi-sample estimator, Veach 1997, section 9.2. Tested in
 //! `tests/rendering/light_paths.rs`.
 //!
@@ -40,7 +40,7 @@ const SEED: u64 = 0x6c69_6768_7400;
 /// than a half by more than 3 %.
 const SHARE: LightPathShare = LightPathShare::Quarter;
 
-/// The ratio of variances above which light paths pay: a pilot that has not met the rarest paths measures less than there is.
+/// The ratio of variances above which light paths pay: a pilot that has not sampled the rarest paths underestimates it.
 const LEAST_RATIO: f64 = 1.25;
 
 /// The choice of a number of light paths, and its reason.
@@ -77,7 +77,7 @@ pub fn choose(
         height,
     };
     let pilot = RenderSettings {
-        // Shards and renders with other seeds have to choose alike.
+        // Shards and renders with other seeds have to make the same choice.
         seed: SEED,
         // Variances of single samples add up.
         sampler: SamplerKind::Independent,

@@ -203,8 +203,8 @@ fn choose_for_path(
     Ok(choices)
 }
 
-/// Whether light paths and shared paths may find light in the place of the settings' own paths. Who asks for paths without
-/// roulette wants plain ones: to compare the work of renderers.
+/// Whether light paths and shared paths may find light in the place of the settings' own paths. Settings without
+/// roulette ask for plain paths, to compare the work of renderers.
 fn takes_other_paths(settings: &RenderSettings) -> bool {
     settings.integrator == IntegratorKind::Path
         && settings.adaptive == Adaptive::Off

@@ -1,6 +1,6 @@
 //! The inefficiency of integrators, measured on small images of a scene: two by each, with different random numbers.
 //!
-//! Half of the squared difference of two independent images a and b is, in the mean, the squared error of each; that
+//! Half of the squared difference of two independent images a and b is, on average, the squared error of each; that
 //! needs no error bars and holds for Markov chains, too. Relative to t, the median of all images around a pixel,
 //!
 //!   relMSE = mean of (a - b)^2 / 2 / (t^2 + eps),

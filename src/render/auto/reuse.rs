@@ -73,7 +73,7 @@ pub fn choose(
     let windows = windows(view.size);
     let pilot = |reuse: Reuse| -> Result<(Vec<f64>, RayCounts)> {
         let pilot = RenderSettings {
-            // Shards and renders with other seeds have to choose alike.
+            // Shards and renders with other seeds have to make the same choice.
             seed: SEED,
             // Variances of single samples add up.
             sampler: SamplerKind::Independent,

@@ -73,7 +73,7 @@ pub fn choose(
     };
     let rays = |roulette: Roulette| -> Result<f64> {
         let pilot = RenderSettings {
-            // Shards and renders with other seeds have to choose alike.
+            // Shards and renders with other seeds have to make the same choice.
             seed: SEED,
             sampler: SamplerKind::Independent,
             budget: Budget::samples(SPP),

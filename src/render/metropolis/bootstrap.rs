@@ -6,7 +6,7 @@
 //! chains together have each number of edges in proportion to its share of the brightness, to within one chain.
 //!
 //! Measure: brightness is luminance, times pixels.
-//! Range: any samples; those that find no light count in the mean, but no chain starts there.
+//! Range: any samples; those that find no light are included in the mean, but no chain starts there.
 //! Source: Veach 1997, section 11.3.1; Kitagawa 1996 for choosing at equal distances. Tested below and in
 //! `tests/rendering/metropolis.rs`.
 

@@ -1,6 +1,6 @@
 //! The connections of a light path's surfaces to the lens.
 //!
-//! Measure: radiance times the number of light paths, divided by their number for each camera path.
+//! Measure: radiance times the number of camera samples, by which the splat buffer divides.
 //! Range: surfaces that are not smooth; a pinhole or a lens.
 //! Source: Veach 1997, section 10.3.3. Tested in `tests/rendering/light_paths.rs`.
 

@@ -3,7 +3,7 @@
 //! The stages are those of camera paths. Throughputs are of power, and relative to the flux of the first ray; the ratio of
 //! a block is that of scattering and the light path, for a light that can be hit (`light_paths/weights.rs`).
 //!
-//! Measure: radiance times the number of light paths, divided by their number for each camera path.
+//! Measure: radiance times the number of camera samples, by which the splat buffer divides.
 //! Range: any scene; without a bounce limit a path ends by absorption, by leaving the scene, or by roulette.
 //! Source: Veach 1997, section 10.3.4. Tested in `tests/rendering/light_paths.rs`.
 

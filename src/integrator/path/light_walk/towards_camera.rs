@@ -27,7 +27,8 @@ pub(super) struct TowardsCamera {
     pub pdf_to_light: Lanes<f32>,
     /// The lanes where the light goes through the surface.
     pub goes_through: ActiveLanes<LANES>,
-    /// The densities of light sampling for the surface as seen from the camera, where it is seen differently from there.
+    /// The surfaces as receivers of light, as seen from the camera, in the lanes where they are seen differently from
+    /// there.
     pub receivers: Lanes<Option<Receiver>>,
 }
 

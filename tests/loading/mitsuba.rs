@@ -18,38 +18,38 @@ use std::io::Write;
 
 const SENSOR: &str = r#"<sensor type="perspective"><float name="fov" value="40"/></sensor>"#;
 
-fn scene(content: &str) -> String {
+pub fn scene(content: &str) -> String {
     format!("<scene version=\"3.0.0\">\n{SENSOR}\n{content}\n</scene>")
 }
 
-fn read(text: &str) -> Result<SceneDescription, Error> {
+pub fn read(text: &str) -> Result<SceneDescription, Error> {
     load(&SceneFolder::new([("a.xml", text)]).path("a.xml"))
 }
 
-fn valid(content: &str) -> SceneDescription {
+pub fn valid(content: &str) -> SceneDescription {
     read(&scene(content)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn complaint(content: &str) -> String {
+pub fn complaint(content: &str) -> String {
     read(&scene(content))
         .expect_err("the scene is invalid")
         .to_string()
 }
 
-fn material(bsdf: &str) -> (MaterialModel, bool, SceneDescription) {
+pub fn material(bsdf: &str) -> (MaterialModel, bool, SceneDescription) {
     let scene = valid(&format!("<shape type=\"sphere\">{bsdf}</shape>"));
     let it = &scene.materials[scene.shapes[0].material];
     (it.model.clone(), it.two_sided, scene.clone())
 }
 
-fn mesh(scene: &SceneDescription, index: usize) -> &MeshDescription {
+pub fn mesh(scene: &SceneDescription, index: usize) -> &MeshDescription {
     match &scene.shapes[index].geometry {
         GeometryDescription::Mesh(mesh) => mesh,
         other => panic!("{other:?}"),
     }
 }
 
-fn close(a: DVec3, b: DVec3) -> bool {
+pub fn close(a: DVec3, b: DVec3) -> bool {
     a.distance(b) < 1e-6
 }
 
@@ -160,6 +160,52 @@ fn scenes_of_versions_before_2_are_upgraded() {
     };
     assert_eq!(reflectance.constant(), Some(Rgb::grey(0.25)));
     assert!(old.check_faithful().is_ok());
+}
+
+/// The matrix is that which `mitsuba.traverse` of Mitsuba 3.9.1 reports for such a texture: rows (3, 0, 0), (0, 2, 0.5).
+#[test]
+fn scales_and_offsets_of_textures_before_version_2_become_to_uv() {
+    let old = read(&format!(
+        r#"<scene version="0.6.0">{SENSOR}<shape type="rectangle"><bsdf type="diffuse">
+        <texture type="checkerboard" name="reflectance"><float name="uscale" value="3"/>
+        <float name="voffset" value="0.25"/><float name="vscale" value="2"/></texture></bsdf></shape></scene>"#
+    ));
+    let old = old.unwrap_or_else(|error| panic!("{error}"));
+    assert!(old.check_faithful().is_ok(), "{:?}", old.notes);
+    let mesh = mesh(&old, 0);
+    let corner = mesh
+        .positions
+        .iter()
+        .position(|p| *p == DVec3::new(1.0, 1.0, 0.0))
+        .expect("a corner");
+    // Mitsuba has v down: 1 - (2 + 0.5).
+    assert_eq!(mesh.uvs[corner].to_array(), [3.0, -1.5]);
+    // Today these names have no meaning.
+    let new = valid(
+        r#"<shape type="rectangle"><bsdf type="diffuse"><texture type="checkerboard" name="reflectance">
+        <float name="uscale" value="3"/></texture></bsdf></shape>"#,
+    );
+    assert!(new.check_faithful().is_err());
+}
+
+#[test]
+fn escaped_dollar_signs_are_not_parameters() {
+    let it = valid(
+        r#"<default name="x" value="2"/><bsdf type="diffuse" id="\$x$x"/>
+        <shape type="sphere"><ref id="\$x2"/><float name="radius" value="$x"/></shape>"#,
+    );
+    assert_eq!(it.materials[0].name, "bsdf `$x2`");
+}
+
+#[test]
+fn parameters_that_insert_one_another_are_limited() {
+    let mut defaults = "<default name=\"a0\" value=\"0123456789\"/>".to_owned();
+    for i in 1..60 {
+        let last = i - 1;
+        defaults += &format!("<default name=\"a{i}\" value=\"$a{last},$a{last},\"/>");
+    }
+    let words = complaint(&defaults);
+    assert!(words.contains("insert at most 64 times"), "{words}");
 }
 
 #[test]
@@ -437,7 +483,7 @@ fn mitsuba_errors_name_the_file_and_what_is_wrong() {
         ),
         (
             "<bsdf id=\"a\" type=\"twosided\"><ref id=\"a\"/></bsdf>",
-            "a.xml:3: unknown id `a`",
+            "a.xml:3: expected an object that does not contain itself",
         ),
         (
             "<shape type=\"sphere\"><float name=\"radius\" value=\"$r\"/></shape>",

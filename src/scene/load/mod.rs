@@ -23,6 +23,7 @@ mod pbrt;
 mod ply;
 mod polygon;
 mod reader;
+mod revolution;
 mod shape;
 mod spectrum;
 mod toml;
@@ -92,9 +93,13 @@ pub fn load_with(path: &Path, camera: Option<&str>) -> Result<SceneDescription> 
     load(path)
 }
 
-/// The file of this name in the folder of another file. Programs on Windows write backslashes between folders.
+/// The file of this name in the folder of another file.
 fn beside(path: &Path, name: &str) -> PathBuf {
-    let folder = path.parent().unwrap_or(Path::new(""));
+    within(path.parent().unwrap_or(Path::new("")), name)
+}
+
+/// The file of this name in a folder. Programs on Windows write backslashes between folders.
+fn within(folder: &Path, name: &str) -> PathBuf {
     let file = folder.join(name);
     if name.contains('\\') && !file.exists() {
         folder.join(name.replace('\\', "/"))

@@ -21,6 +21,9 @@ pub const D_LINE: f64 = 587.6;
 /// Planck's second radiation constant, hc/k, in nm K.
 const C2: f64 = 1.438_776_877e7;
 
+/// Twice Planck's constant and the square of the speed of light, for wavelengths in micrometres and power per nm.
+const C1: f64 = 1.191_042_972e5;
+
 /// The primaries of Rec. 709.
 const REC709: [[f64; 2]; 3] = [[0.64, 0.33], [0.3, 0.6], [0.15, 0.06]];
 
@@ -96,16 +99,31 @@ impl Spectrum {
         }
     }
 
+    /// The largest value.
+    pub fn most(&self) -> f64 {
+        self.0.iter().map(|sample| sample[1]).fold(0.0, f64::max)
+    }
+
     /// The colour of light with this spectrum, of luminance 1; `None` if it is invisible.
     pub fn light(&self) -> Option<Rgb> {
         of_luminance_one(xyz(|wavelength| self.at(wavelength)))
     }
 
+    /// The colour of light with this spectrum, of which one that is 1 everywhere has luminance 1.
+    pub fn emitted(&self) -> Rgb {
+        emitted(|wavelength| self.at(wavelength))
+    }
+
     /// The colour of a surface with this reflectance in the light of D65, in [0, 1].
     pub fn surface(&self) -> Rgb {
+        self.in_daylight().map(|x| x.min(1.0))
+    }
+
+    /// The colour of a factor that D65 is multiplied by, of any size.
+    pub fn in_daylight(&self) -> Rgb {
         let reflected = xyz_with(|wavelength, d65| d65 * self.at(wavelength));
         let white = xyz_with(|_, d65| d65);
-        to_rgb(*FROM_XYZ * (reflected / white.y)).map(|x| x.min(1.0))
+        to_rgb(*FROM_XYZ * (reflected / white.y))
     }
 
     /// The values at the wavelengths that stand for the channels.
@@ -140,7 +158,27 @@ pub fn blackbody(kelvin: f64) -> Option<Rgb> {
     of_luminance_one(xyz(|wavelength| planck(wavelength, kelvin)))
 }
 
-/// Planck's law up to a factor.
+/// The colour of light that has the same power at every wavelength, of luminance 1.
+pub fn equal_energy() -> Rgb {
+    emitted(|_| 1.0)
+}
+
+/// The colour of the radiance of a black body at a temperature in kelvins, in W m^-2 sr^-1 nm^-1, of which only these
+/// wavelengths count. A spectrum that is 1 everywhere has luminance 1.
+pub fn blackbody_radiance(kelvin: f64, [from, to]: [f64; 2]) -> Rgb {
+    emitted(|wavelength| match (from..=to).contains(&wavelength) {
+        true => C1 * planck(wavelength, kelvin),
+        false => 0.0,
+    })
+}
+
+/// The colour of light with a spectrum, of which one that is 1 everywhere has luminance 1.
+fn emitted(power: impl Fn(f64) -> f64) -> Rgb {
+    let white = xyz(|_| 1.0);
+    to_rgb(*FROM_XYZ * (xyz(power) / white.y))
+}
+
+/// Planck's law up to the factor `C1`.
 fn planck(wavelength: f64, kelvin: f64) -> f64 {
     let x = 1e-3 * wavelength;
     x.powi(-5) / (C2 / (wavelength * kelvin)).exp_m1()

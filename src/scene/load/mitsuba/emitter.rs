@@ -5,11 +5,11 @@
 //! Source: Mitsuba 3 documentation, "Emitters". Tested in `tests/loading/mitsuba.rs` and by
 //! `scripts/against-mitsuba.py`.
 
-use super::super::beside;
 use super::super::contents::Contents;
 use super::super::wording::unknown_name;
 use super::object::{Object, Value};
-use super::texture::{self, Kind};
+use super::spectra::Kind;
+use super::texture;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};
@@ -36,8 +36,8 @@ pub fn area(
     let radiance = match emitter.get("radiance") {
         None => (Rgb::WHITE.into(), None),
         Some(property) => match &property.value {
-            Value::Object(object) => texture::texture(object, Kind::Colour, contents)?,
-            _ => (property.colour()?.into(), None),
+            Value::Object(object) => texture::texture(object, Kind::Light, contents)?,
+            _ => (property.colour(Kind::Light)?.into(), None),
         },
     };
     emitter.note_unused(&["sampling_weight"], contents);
@@ -49,22 +49,18 @@ pub fn area(
 /// # Errors
 /// If the emitter is of an unknown type, or invalid.
 pub fn light(emitter: &Object, contents: &mut Contents) -> Result<Option<LightDescription>> {
-    let colour = |name: &str| match emitter.get(name) {
-        Some(property) => property.colour(),
-        None => Ok(Rgb::WHITE),
-    };
     let to_world = emitter.transform("to_world")?;
     let position = || Ok(emitter.vector("position")?.unwrap_or(to_world.translation));
     let ahead = to_world.transform_vector3(DVec3::Z);
     let model = match emitter.kind.as_str() {
         "constant" => LightModel::Environment {
-            radiance: colour("radiance")?.into(),
+            radiance: colour(emitter, "radiance", contents)?.into(),
             to_world: DMat3::IDENTITY,
         },
         "envmap" => environment(emitter, contents)?,
         "point" => LightModel::Point {
             position: position()?,
-            intensity: colour("intensity")?,
+            intensity: colour(emitter, "intensity", contents)?,
         },
         "spot" => {
             let cone = emitter.number_where(
@@ -86,7 +82,7 @@ pub fn light(emitter: &Object, contents: &mut Contents) -> Result<Option<LightDe
             LightModel::Spot {
                 position: position()?,
                 target: position()? + ahead,
-                intensity: colour("intensity")?,
+                intensity: colour(emitter, "intensity", contents)?,
                 cone: cone.to_radians(),
                 penumbra: (cone - beam).to_radians(),
             }
@@ -98,7 +94,7 @@ pub fn light(emitter: &Object, contents: &mut Contents) -> Result<Option<LightDe
             }
             LightModel::Distant {
                 direction,
-                irradiance: colour("irradiance")?,
+                irradiance: colour(emitter, "irradiance", contents)?,
             }
         }
         "area" => return Err(emitter.error("expected an area emitter within a shape")),
@@ -121,11 +117,22 @@ pub fn light(emitter: &Object, contents: &mut Contents) -> Result<Option<LightDe
     }))
 }
 
+/// The colour of a light that is the same everywhere.
+fn colour(emitter: &Object, name: &str, contents: &mut Contents) -> Result<Rgb> {
+    let Some(property) = emitter.get(name) else {
+        return Ok(Rgb::WHITE);
+    };
+    let Value::Object(spectrum) = &property.value else {
+        return property.colour(Kind::Light);
+    };
+    let (colour, _) = texture::texture(spectrum, Kind::Light, contents)?;
+    let constant = colour.constant();
+    constant.ok_or_else(|| property.expected("a colour, not a texture,"))
+}
+
 /// The middle of Mitsuba's maps is along +z, that of ours along -z.
 fn environment(emitter: &Object, contents: &mut Contents) -> Result<LightModel> {
-    let name = emitter.text("filename")?;
-    let name = name.ok_or_else(|| emitter.error("expected a `filename`"))?;
-    let path = beside(&emitter.place.file, name);
+    let path = emitter.file()?;
     let scale = emitter.number_where("scale", 1.0, "a number of at least 0", |x| {
         (0.0..1e30).contains(&x)
     })? as f32;

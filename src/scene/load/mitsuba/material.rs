@@ -10,7 +10,8 @@ use super::super::contents::Contents;
 use super::super::wording::unknown_name;
 use super::metals;
 use super::object::{Object, Value};
-use super::texture::{self, Kind};
+use super::spectra::Kind;
+use super::texture;
 use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::math::vec::DAffine2;
@@ -57,9 +58,6 @@ pub fn material(bsdf: &Object, contents: &mut Contents) -> Result<Surface> {
 }
 
 /// The types that are read.
-/// The least real part of a metal's refractive index: Fresnel's equations as we write them have no meaning for 0.
-const LEAST_ETA: f32 = 1e-4;
-
 const KNOWN: &[&str] = &[
     "diffuse",
     "dielectric",
@@ -90,7 +88,7 @@ const REPLACED: &[&str] = &[
     "retarder",
 ];
 
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     contents: &'a mut Contents,
     to_uv: Option<DAffine2>,
 }
@@ -167,7 +165,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn note(&mut self, bsdf: &Object, kind: NoteKind, text: &str) {
+    pub(super) fn note(&mut self, bsdf: &Object, kind: NoteKind, text: &str) {
         self.contents.note(bsdf.note(kind, text));
     }
 
@@ -178,7 +176,7 @@ impl Reader<'_> {
     }
 
     /// A colour or a texture; the transform of the first texture's coordinates holds for all.
-    fn colour(
+    pub(super) fn colour(
         &mut self,
         bsdf: &Object,
         name: &str,
@@ -189,7 +187,7 @@ impl Reader<'_> {
             return Ok(default.into());
         };
         let Value::Object(texture) = &property.value else {
-            return Ok(property.colour()?.into());
+            return Ok(property.colour(kind)?.into());
         };
         let (colour, to_uv) = texture::texture(texture, kind, self.contents)?;
         if let Some(to_uv) = to_uv {
@@ -206,7 +204,7 @@ impl Reader<'_> {
     }
 
     /// A colour whose channels are at most 1.
-    fn reflectance(
+    pub(super) fn reflectance(
         &mut self,
         bsdf: &Object,
         name: &str,
@@ -233,7 +231,7 @@ impl Reader<'_> {
     }
 
     /// Roughness from `alpha`, of which a texture counts by its mean and two axes by their geometric mean.
-    fn roughness(&mut self, bsdf: &Object) -> Result<f32> {
+    pub(super) fn roughness(&mut self, bsdf: &Object) -> Result<f32> {
         if !bsdf.kind.starts_with("rough") {
             return Ok(0.0);
         }
@@ -290,58 +288,6 @@ impl Reader<'_> {
             },
         };
         Ok(())
-    }
-
-    fn conductor(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
-        let roughness = self.roughness(bsdf)?;
-        let name = bsdf.text("material")?;
-        let has_index = bsdf.get("eta").is_some() || bsdf.get("k").is_some();
-        let (eta, k) = match name {
-            Some("none") | None if has_index => {
-                (self.index(bsdf, "eta", 0.0)?, self.index(bsdf, "k", 1.0)?)
-            }
-            Some("none") | None if roughness == 0.0 => {
-                made.model = MaterialModel::Mirror {
-                    reflectance: self.reflectance(bsdf, "specular_reflectance", 1.0)?,
-                };
-                return Ok(());
-            }
-            // The Fresnel reflectance of these is 1 but for 0.02 %.
-            Some("none") | None => (Rgb::grey(LEAST_ETA), Rgb::WHITE),
-            Some(_) if has_index => {
-                let why = "expected either a metal's name or the indices `eta` and `k`";
-                return Err(bsdf.error_at("material", why));
-            }
-            Some(name) => metals::metal(name).ok_or_else(|| {
-                let known: Vec<&str> = metals::METALS.iter().map(|(name, _, _)| *name).collect();
-                bsdf.error_at("material", &unknown_name("metal", name, &known))
-            })?,
-        };
-        let tint = self.reflectance(bsdf, "specular_reflectance", 1.0)?;
-        let tint = tint.constant().unwrap_or_else(|| {
-            let text = "a texture of `specular_reflectance` is replaced by its mean";
-            self.note(bsdf, NoteKind::Approximation, text);
-            Rgb::grey(texture::mean(&tint) as f32)
-        });
-        made.model = MaterialModel::Conductor {
-            eta,
-            k,
-            roughness,
-            tint,
-        };
-        Ok(())
-    }
-
-    fn index(&self, bsdf: &Object, name: &str, default: f32) -> Result<Rgb> {
-        let index = match bsdf.get(name) {
-            Some(property) => property.colour()?,
-            None => Rgb::grey(default),
-        };
-        Ok(if name == "eta" {
-            index.map(|x| x.max(LEAST_ETA))
-        } else {
-            index
-        })
     }
 
     fn plastic(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {

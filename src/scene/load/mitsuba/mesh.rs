@@ -6,7 +6,7 @@
 //! Source: Mitsuba 3 documentation, "Shapes"; smooth normals: Thürmer and Wüthrich 1998, "Computing Vertex Normals from
 //! Polygonal Facets". Tested in `tests/loading/mitsuba.rs`.
 
-use crate::math::vec::{DAffine2, DVec2, DVec3};
+use crate::math::vec::{DAffine2, DMat3, DVec2, DVec3};
 use crate::scene::description::MeshDescription;
 
 /// The steps that finish a mesh.
@@ -16,8 +16,9 @@ pub struct MeshOptions {
     pub flip: bool,
     /// The transform of texture coordinates, if the material has textures.
     pub to_uv: Option<DAffine2>,
-    /// Whether the transform to the world mirrors: then triangles without normals show their other side.
-    pub mirrored: bool,
+    /// The linear part of the transform to the world. Where it mirrors, triangles show their other side, unless the
+    /// file has normals.
+    pub to_world: DMat3,
     /// Whether vertex normals are discarded.
     pub face_normals: bool,
     /// Whether v points up in the file.
@@ -29,14 +30,15 @@ pub fn finished(mut mesh: MeshDescription, options: &MeshOptions) -> MeshDescrip
     if options.face_normals {
         mesh.normals.clear();
     } else if mesh.normals.is_empty() {
-        mesh.normals = smooth_normals(&mesh);
+        mesh.normals = smooth_normals(&mesh, options.to_world);
     }
+    let is_mirrored = options.to_world.determinant() < 0.0;
     let normals = &mesh.normals;
     let positions = &mesh.positions;
     for triangle in &mut mesh.indices {
         let corners = triangle.map(|i| i as usize);
         let reverse = match normals.is_empty() {
-            true => options.mirrored,
+            true => is_mirrored,
             false => {
                 let mean: DVec3 = corners.iter().map(|&i| normals[i]).sum();
                 face_normal(corners.map(|i| positions[i])).dot(mean) < 0.0
@@ -69,12 +71,12 @@ fn face_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Returns the normals of vertices: those of the triangles around them, weighted by their angles.
-fn smooth_normals(mesh: &MeshDescription) -> Vec<DVec3> {
+/// Returns the normals of vertices: those of the triangles around them in the world, weighted by their angles.
+fn smooth_normals(mesh: &MeshDescription, to_world: DMat3) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
     for triangle in &mesh.indices {
         let corners = triangle.map(|i| i as usize);
-        let points = corners.map(|i| mesh.positions[i]);
+        let points = corners.map(|i| to_world * mesh.positions[i]);
         let Some(normal) = face_normal(points).try_normalize() else {
             continue;
         };
@@ -86,10 +88,12 @@ fn smooth_normals(mesh: &MeshDescription) -> Vec<DVec3> {
             normals[corners[i]] += to_next.angle_between(to_last) * normal;
         }
     }
-    // Vertices of no triangle, or whose triangles cancel.
+    // Normals are transformed to the world by the inverse transpose. A vertex of no triangle, or whose triangles cancel,
+    // gets any.
+    let to_object = to_world.transpose();
     normals
         .iter()
-        .map(|normal| normal.normalize_or(DVec3::Z))
+        .map(|normal| (to_object * *normal).normalize_or(DVec3::Z))
         .collect()
 }
 

@@ -2,25 +2,35 @@
 //!
 //! Measure: world units, degrees; radiometric units are those of Mitsuba.
 //! Range: docs/scene-formats.md lists what is read, approximated and refused.
-//! Source: Mitsuba 3 documentation, "Scene XML file format". Tested in `tests/loading/mitsuba.rs`, and against Mitsuba by
-//! `scripts/against-mitsuba.py`.
+//! Source: Mitsuba 3 documentation, "Scene XML file format". Tested in `tests/loading/mitsuba.rs` and the files beside it
+//! of this prefix, and against Mitsuba by `scripts/against-mitsuba.py`.
 
+mod conductor;
 mod document;
 mod emitter;
+mod folders;
 mod material;
 mod mesh;
 mod metals;
 mod object;
+mod old;
+mod references;
+mod round;
 mod sensor;
 mod serialized;
 mod shape;
+mod spectra;
 mod texture;
 mod transform;
+mod values;
+mod view;
 
 use super::contents::Contents;
 use crate::error::Result;
 use crate::scene::check;
-use crate::scene::description::{Note, NoteKind, RenderDescription, SceneDescription};
+use crate::scene::description::{
+    FilmDescription, Note, NoteKind, RenderDescription, SceneDescription,
+};
 use object::Value;
 use shape::Shapes;
 use std::path::Path;
@@ -60,7 +70,13 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
         property.used.set(true);
     }
     scene.note_unused(&[], &mut contents);
-    let (camera, film) = camera.ok_or_else(|| scene.place.error("expected a sensor"))?;
+    let (camera, film) = match camera {
+        Some(camera) => camera,
+        None => {
+            let camera = view::without_sensor(&scene, &mut contents)?;
+            (camera, FilmDescription::default())
+        }
+    };
     let description = SceneDescription {
         film,
         render,

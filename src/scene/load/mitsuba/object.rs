@@ -7,11 +7,14 @@
 
 use super::super::contents::Contents;
 use super::super::wording::shown;
+use super::folders::Folders;
+use super::spectra::{Kind, Spectral};
 use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{Note, NoteKind, Place};
 use std::cell::Cell;
+use std::path::PathBuf;
 use std::rc::Rc;
 
 /// A bsdf, a shape or another object.
@@ -24,6 +27,8 @@ pub struct Object {
     /// The attribute `id`, or else a description, for messages.
     pub id: String,
     pub place: Place,
+    /// The folders of the files that it names.
+    pub folders: Rc<Folders>,
     pub properties: Vec<Property>,
 }
 
@@ -44,6 +49,7 @@ pub enum Value {
     Text(String),
     Vector(DVec3),
     Colour(Rgb),
+    Spectrum(Spectral),
     Transform(DAffine3),
     Object(Rc<Object>),
 }
@@ -110,6 +116,34 @@ impl Object {
             Some((_, Value::Text(text))) => Ok(Some(text)),
             Some((property, _)) => Err(property.expected("a string")),
         }
+    }
+
+    /// Returns the file that the property `filename` names.
+    ///
+    /// # Errors
+    /// If there is none, or it has another type.
+    pub fn file(&self) -> Result<PathBuf> {
+        let name = self.text("filename")?;
+        let name = name.ok_or_else(|| self.error("expected a `filename`"))?;
+        Ok(self.folders.find(name))
+    }
+
+    /// Returns the numbers of a text, between spaces or commas.
+    ///
+    /// # Errors
+    /// If there is none, or it has another type.
+    pub fn list(&self, name: &str) -> Result<Vec<f64>> {
+        let text = self.text(name)?;
+        let text = text.ok_or_else(|| self.error(&format!("expected a `{name}`")))?;
+        let words = text.split(|c: char| c == ',' || c.is_whitespace());
+        let number = |word: &str| {
+            let number = word.parse().ok().filter(|x: &f64| x.is_finite());
+            number.ok_or_else(|| {
+                let why = format!("expected finite numbers, found {}", shown(word));
+                self.error_at(name, &why)
+            })
+        };
+        words.filter(|word| !word.is_empty()).map(number).collect()
     }
 
     /// Returns a point or a vector.
@@ -188,16 +222,17 @@ impl Object {
 }
 
 impl Property {
-    /// Returns a number or a colour as a colour.
+    /// Returns a number, a colour or a spectrum as a colour.
     ///
     /// # Errors
     /// If the property is anything else.
-    pub fn colour(&self) -> Result<Rgb> {
+    pub fn colour(&self, kind: Kind) -> Result<Rgb> {
         match &self.value {
             Value::Number(number) if *number >= 0.0 && (*number as f32).is_finite() => {
                 Ok(Rgb::grey(*number as f32))
             }
             Value::Colour(colour) => Ok(*colour),
+            Value::Spectrum(spectrum) => Ok(spectrum.colour(kind)),
             _ => Err(self.expected("a colour of at least 0")),
         }
     }

@@ -4,23 +4,22 @@
 //! Range: an unknown type is an error; notes name what is approximated.
 //! Source: Mitsuba 3 documentation, "Shapes". Tested in `tests/loading/mitsuba.rs`.
 
-use super::super::beside;
 use super::super::contents::Contents;
 use super::super::wording::unknown_name;
 use super::super::{obj, ply};
 use super::material::{Surface, material};
 use super::mesh::{self, MeshOptions};
 use super::object::Object;
-use super::{emitter, serialized};
+use super::round::Cylinders;
+use super::{emitter, round, serialized};
 use crate::error::Result;
 use crate::math::rgb::Rgb;
-use crate::math::vec::{DAffine3, DMat3, DVec3};
+use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{
     GeometryDescription, InstanceDescription, MaterialDescription, MaterialModel, MeshDescription,
     NoteKind, ShapeDescription,
 };
 use std::collections::HashMap;
-use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -33,6 +32,7 @@ const KNOWN: &[&str] = &[
     "cube",
     "sphere",
     "disk",
+    "cylinder",
     "shapegroup",
     "instance",
     "merge",
@@ -46,6 +46,7 @@ pub struct Shapes {
     groups: HashMap<*const Object, usize>,
     grey: Option<Surface>,
     black: Option<Surface>,
+    cylinders: Cylinders,
 }
 
 impl Shapes {
@@ -85,7 +86,8 @@ impl Shapes {
         }
         let first = contents.shapes.len();
         let to_world = shape.transform("to_world")?;
-        for (geometry, transform) in geometries(shape, to_world, &surface, contents)? {
+        let cylinders = &mut self.cylinders;
+        for (geometry, transform) in geometries(shape, to_world, &surface, cylinders, contents)? {
             contents.shapes.push(ShapeDescription {
                 transform,
                 group,
@@ -194,13 +196,14 @@ fn geometries(
     shape: &Object,
     to_world: DAffine3,
     surface: &Surface,
+    cylinders: &mut Cylinders,
     contents: &mut Contents,
 ) -> Result<Vec<(GeometryDescription, DAffine3)>> {
     let flip = shape.truth("flip_normals", false)?;
     let mut options = MeshOptions {
         flip,
         to_uv: surface.to_uv,
-        mirrored: to_world.matrix3.determinant() < 0.0,
+        to_world: to_world.matrix3,
         face_normals: shape.truth("face_normals", false)?,
         flip_v: false,
     };
@@ -213,7 +216,7 @@ fn geometries(
     Ok(vec![match shape.kind.as_str() {
         "obj" => {
             options.flip_v = shape.truth("flip_tex_coords", true)?;
-            let path = file(shape)?;
+            let path = shape.file()?;
             let named = |error: crate::Error| shape.error(&error.to_string()).of_kind(error.kind());
             let models = obj::load(&path, Some(surface.material), contents).map_err(named)?;
             let meshes = models.into_iter().filter_map(|model| match model.geometry {
@@ -227,7 +230,7 @@ fn geometries(
         "ply" => {
             options.flip_v = shape.truth("flip_tex_coords", false)?;
             let named = |error: crate::Error| shape.error(&error.to_string()).of_kind(error.kind());
-            let model = ply::read_mesh(&file(shape)?).map_err(named)?;
+            let model = ply::read_mesh(&shape.file()?).map_err(named)?;
             for note in model.notes {
                 contents.note(note);
             }
@@ -239,7 +242,7 @@ fn geometries(
                 shape.number_where("shape_index", 0.0, "a whole number of at least 0", is_index)?;
             let named = |error: crate::Error| shape.error(&error.to_string()).of_kind(error.kind());
             as_mesh(
-                serialized::read(&file(shape)?, index as usize).map_err(named)?,
+                serialized::read(&shape.file()?, index as usize).map_err(named)?,
                 &options,
             )
         }
@@ -253,98 +256,12 @@ fn geometries(
             to_world,
         ),
         "rectangle" => as_mesh(mesh::rectangle(), &options),
-        "disk" => disk(shape, to_world, flip, surface, contents)?,
-        "sphere" => sphere(shape, to_world, flip, surface, contents)?,
+        "disk" => round::disk(shape, to_world, flip, surface, contents)?,
+        "sphere" => round::sphere(shape, to_world, flip, surface, contents)?,
+        "cylinder" => {
+            let (geometry, placed) = round::cylinder(shape, &options, cylinders, contents)?;
+            (geometry, to_world * placed)
+        }
         other => return Err(shape.error(&unknown_name("shape", other, KNOWN))),
     }])
-}
-
-fn file(shape: &Object) -> Result<PathBuf> {
-    let name = shape.text("filename")?;
-    let name = name.ok_or_else(|| shape.error("expected a `filename`"))?;
-    Ok(beside(&shape.place.file, name))
-}
-
-/// Notes that the texture coordinates of a round shape differ.
-fn note_uvs(shape: &Object, contents: &mut Contents) {
-    let text = "textures lie differently on it";
-    contents.note(shape.note(NoteKind::Approximation, text));
-}
-
-fn disk(
-    shape: &Object,
-    to_world: DAffine3,
-    flip: bool,
-    surface: &Surface,
-    contents: &mut Contents,
-) -> Result<(GeometryDescription, DAffine3)> {
-    if surface.to_uv.is_some() {
-        note_uvs(shape, contents);
-    }
-    let axes = to_world.matrix3;
-    let (x, y) = (axes.x_axis, axes.y_axis);
-    let radius = x.length();
-    let is_round =
-        (y.length() - radius).abs() < 1e-5 * radius && x.dot(y).abs() < 1e-5 * radius * radius;
-    let upright = if (axes.determinant() < 0.0) == flip {
-        x.cross(y)
-    } else {
-        -x.cross(y)
-    };
-    if !is_round || radius == 0.0 || upright == DVec3::ZERO {
-        return Err(shape.error_at("to_world", "expected a transform that keeps the disk round"));
-    }
-    let geometry = GeometryDescription::Disk {
-        center: to_world.translation,
-        normal: upright,
-        radius,
-    };
-    Ok((geometry, DAffine3::IDENTITY))
-}
-
-fn sphere(
-    shape: &Object,
-    to_world: DAffine3,
-    flip: bool,
-    surface: &Surface,
-    contents: &mut Contents,
-) -> Result<(GeometryDescription, DAffine3)> {
-    let center = shape.vector("center")?.unwrap_or(DVec3::ZERO);
-    let radius = shape.number_where("radius", 1.0, "a number above 0", |x| x > 0.0)?;
-    let axes = to_world.matrix3;
-    let lengths = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
-    let scale = lengths[0];
-    let turned = DMat3::from_cols(
-        axes.x_axis / scale,
-        axes.y_axis / scale,
-        axes.z_axis / scale,
-    );
-    let error = turned * turned.transpose() - DMat3::IDENTITY;
-    if !error.to_cols_array().into_iter().all(|x| x.abs() < 1e-4) {
-        return Err(shape.error_at(
-            "to_world",
-            "expected a transform that scales the sphere uniformly",
-        ));
-    }
-    if flip {
-        let text = "`flip_normals` of a sphere is not supported: it has its outside outside";
-        contents.note(shape.note(NoteKind::Approximation, text));
-    }
-    if surface
-        .to_uv
-        .is_some_and(|to_uv| to_uv != Default::default())
-    {
-        note_uvs(shape, contents);
-    }
-    // Mitsuba's sphere has its poles along z, ours along y.
-    let poles = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
-    let geometry = GeometryDescription::Sphere {
-        center: DVec3::ZERO,
-        radius: radius * scale,
-    };
-    let transform = DAffine3 {
-        matrix3: turned * poles,
-        translation: to_world.transform_point3(center),
-    };
-    Ok((geometry, transform))
 }

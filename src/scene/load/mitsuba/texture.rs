@@ -1,14 +1,17 @@
-//! The textures of a Mitsuba scene.
+//! The textures and spectra of a Mitsuba scene.
 //!
 //! Measure: linear Rec. 709. Mitsuba's v points down an image, ours up: shapes mirror their coordinates, and so a
 //! checkerboard exchanges its colours.
-//! Range: bitmap and checkerboard; others are errors.
-//! Source: Mitsuba 3 documentation, "Textures". Tested in `tests/loading/mitsuba.rs`.
+//! Range: bitmap, checkerboard, and the documented spectra; attributes of meshes and volumes become grey with a note;
+//! others are errors.
+//! Source: Mitsuba 3 documentation, "Textures", "Spectra". Tested in `tests/loading/mitsuba.rs` and
+//! `tests/loading/mitsuba_spectra.rs`.
 
-use super::super::beside;
 use super::super::contents::Contents;
+use super::super::spectrum::{Spectrum, blackbody_radiance};
 use super::super::wording::unknown_name;
-use super::object::Object;
+use super::object::{Object, Value};
+use super::spectra::{Kind, Spectral};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::image::ColourSpace;
@@ -16,15 +19,6 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine2, DMat2, DVec2, Vec2};
 use crate::scene::description::{ColourDescription, NoteKind};
 use std::sync::Arc;
-
-/// The meaning of a texture's values.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
-    /// Colours, and numbers for which a colour stands: images of eight bits are sRGB codes unless `raw`.
-    Colour,
-    /// Normals, which are as they are.
-    Normals,
-}
 
 /// Returns the colour, and the transform of the coordinates that it refers to.
 ///
@@ -39,7 +33,7 @@ pub fn texture(
         "bitmap" => bitmap(texture, kind, contents)?,
         "checkerboard" => {
             let colour = |name: &str, default: f32| match texture.get(name) {
-                Some(property) => property.colour(),
+                Some(property) => property.colour(kind),
                 None => Ok(Rgb::grey(default)),
             };
             let colours = [colour("color1", 0.2)?, colour("color0", 0.4)?];
@@ -49,7 +43,7 @@ pub fn texture(
         "srgb" | "uniform" | "d65" => {
             let value = texture.get("value").or_else(|| texture.get("color"));
             let colour = match value {
-                Some(value) => value.colour()?,
+                Some(value) => value.colour(Kind::Colour)?,
                 None if texture.kind == "d65" => Rgb::WHITE,
                 None => return Err(texture.error("expected a `value`")),
             };
@@ -57,8 +51,29 @@ pub fn texture(
             texture.note_unused(&[], contents);
             return Ok(((scale as f32 * colour).into(), None));
         }
+        "regular" | "irregular" => {
+            let colour = sampled(texture)?.colour(kind);
+            texture.note_unused(&[], contents);
+            return Ok((colour.into(), None));
+        }
+        "blackbody" => {
+            let colour = blackbody(texture)?;
+            texture.note_unused(&[], contents);
+            return Ok((colour.into(), None));
+        }
+        "mesh_attribute" | "volume" => {
+            let text = "not supported: replaced by 0.5";
+            contents.note(texture.note(NoteKind::Approximation, text));
+            return Ok((Rgb::grey(0.5).into(), None));
+        }
         other => {
-            let known = ["bitmap", "checkerboard"];
+            let known = [
+                "bitmap",
+                "checkerboard",
+                "regular",
+                "irregular",
+                "blackbody",
+            ];
             return Err(texture.error(&unknown_name("texture", other, &known)));
         }
     };
@@ -73,13 +88,12 @@ pub fn texture(
 }
 
 fn bitmap(texture: &Object, kind: Kind, contents: &mut Contents) -> Result<Texture> {
-    let name = texture.text("filename")?;
-    let name = name.ok_or_else(|| texture.error("expected a `filename`"))?;
-    let path = beside(&texture.place.file, name);
+    let path = texture.file()?;
     let raw = texture.truth("raw", false)?;
     let space = match kind {
-        Kind::Colour if !raw => ColourSpace::Srgb,
-        _ => ColourSpace::Linear,
+        Kind::Normals => ColourSpace::Linear,
+        _ if raw => ColourSpace::Linear,
+        _ => ColourSpace::Srgb,
     };
     if texture
         .text("filter_type")?
@@ -108,6 +122,50 @@ fn bitmap(texture: &Object, kind: Kind, contents: &mut Contents) -> Result<Textu
         return Err(texture.error(&why));
     }
     Ok(made)
+}
+
+/// A spectrum of samples, at equal distances or not.
+fn sampled(texture: &Object) -> Result<Spectral> {
+    if let Some(property) = texture.get("value") {
+        return match &property.value {
+            Value::Spectrum(spectrum) => Ok(spectrum.clone()),
+            _ => Err(property.expected("a spectrum")),
+        };
+    }
+    let values = texture.list("values")?;
+    let wavelengths = if texture.kind == "regular" {
+        let limit = |name: &str| {
+            let limit = texture.number(name)?;
+            limit.ok_or_else(|| texture.error(&format!("expected a `{name}`")))
+        };
+        let (from, to) = (limit("wavelength_min")?, limit("wavelength_max")?);
+        let steps = values.len().saturating_sub(1) as f64;
+        let step = |i: usize| from + (to - from) * (i as f64 / steps);
+        (0..values.len()).map(step).collect()
+    } else {
+        texture.list("wavelengths")?
+    };
+    if wavelengths.len() != values.len() || values.len() < 2 {
+        let why = "expected at least two values, and as many wavelengths";
+        return Err(texture.error_at("values", why));
+    }
+    let samples = wavelengths.into_iter().zip(values);
+    Spectrum::new(samples.map(|(nm, value)| [nm, value]).collect())
+        .and_then(Spectral::of_samples)
+        .map_err(|why| texture.error(&why))
+}
+
+/// The radiance of a black body.
+fn blackbody(texture: &Object) -> Result<Rgb> {
+    let from = texture.number("wavelength_min")?.unwrap_or(0.0);
+    let to = texture.number("wavelength_max")?.unwrap_or(f64::INFINITY);
+    let expected = "a temperature above 0 and at most 1e9 K";
+    let is_one = |kelvin: f64| kelvin > 0.0 && kelvin <= 1e9;
+    if texture.get("temperature").is_none() {
+        return Err(texture.error("expected a `temperature`"));
+    }
+    let kelvin = texture.number_where("temperature", 0.0, expected, is_one)?;
+    Ok(blackbody_radiance(kelvin, [from, to]))
 }
 
 /// Returns the mean of the luminance.

@@ -6,12 +6,13 @@
 
 use super::files::unpacked;
 use super::library::Library;
-use super::mesh::{self, Finish, Round, cut_patches, finish};
+use super::mesh::{Finish, cut_patches, finish};
 use super::params::Parameters;
 use crate::error::Result;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{GeometryDescription, MeshDescription};
 use crate::scene::load::ply;
+use crate::scene::load::revolution::{self, Round};
 use crate::scene::load::wording::unknown_name;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -247,7 +248,7 @@ fn cut(
 ) -> GeometryDescription {
     let key = format!("{part:?} {degrees} {changes:?}");
     let mesh = meshes.entry(key).or_insert_with(|| {
-        let mut mesh = mesh::round(part, degrees.to_radians());
+        let mut mesh = revolution::round(part, degrees.to_radians());
         finish(&mut mesh, changes);
         Arc::new(mesh)
     });

@@ -114,6 +114,16 @@ mod tests {
     }
 
     #[test]
+    fn pfm_lines_may_end_in_two_characters() {
+        let mut bytes = Vec::new();
+        encode(&mut bytes, &sample_image()).expect("encoded");
+        let pixels = bytes.len() - 12 * sample_image().pixels().len();
+        let head = String::from_utf8(bytes[..pixels].to_vec()).expect("ASCII");
+        let other = [head.replace('\n', "\r\n").as_bytes(), &bytes[pixels..]].concat();
+        assert_eq!(decode(&other).expect("an image"), sample_image());
+    }
+
+    #[test]
     fn grey_big_endian_pfm_is_read_bottom_to_top() {
         let mut bytes = b"Pf\n1 2\n1.0\n".to_vec();
         bytes.extend(1.0_f32.to_be_bytes());

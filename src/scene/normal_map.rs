@@ -93,6 +93,33 @@ mod tests {
     }
 
     #[test]
+    fn gentle_normal_map_tilts_without_steps() {
+        // From the code of no tilt to the next, as an image of two texels.
+        let texels = [128.0, 129.0].map(|code: f64| Rgb::new((code / 255.0) as f32, 0.5, 1.0));
+        let image = Arc::new(crate::image::Image::new(2, 1, texels.to_vec()));
+        let texture = Arc::new(Texture::Image { image, scale: 1.0 });
+        let map = NormalMapDescription {
+            texture,
+            strength: 1.0,
+        };
+        let map = NormalMap::new(&map).expect("it tilts");
+        let tilt = |i: u16| {
+            let u = 0.25 + 0.5 * f32::from(i) / 100.0;
+            map.tilt(Vec2::new(u, 0.5), Vec3::Z, Vec3::Z, [Vec3::X, Vec3::Y])
+                .x
+        };
+        assert_eq!(tilt(0), 0.0);
+        let whole = tilt(100);
+        for i in 0..100 {
+            let step = tilt(i + 1) - tilt(i);
+            assert!(
+                (0.0..0.02 * whole).contains(&step),
+                "{step} at {i} of {whole}"
+            );
+        }
+    }
+
+    #[test]
     fn flat_or_zero_strength_normal_map_is_omitted() {
         let flat = Rgb::new(128.0 / 255.0, 127.0 / 255.0, 1.0);
         let constant = Texture::Checker {

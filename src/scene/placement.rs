@@ -284,3 +284,42 @@ fn common_multiple(a: usize, b: usize) -> usize {
         .find(|m| m % a.min(b) == 0)
         .unwrap_or(larger)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::vec::DVec3;
+
+    fn keys(transforms: [DAffine3; 2]) -> Vec<Key> {
+        let key = |(time, transform)| Key { time, transform };
+        [0.0, 1.0].into_iter().zip(transforms).map(key).collect()
+    }
+
+    #[test]
+    fn product_of_linear_motions_is_sampled_finely() {
+        let grows = keys([1.0, 3.0].map(|x| DAffine3::from_scale(DVec3::splat(x))));
+        let slides = keys([0.0, 10.0].map(|x| DAffine3::from_translation(x * DVec3::X)));
+        let chain = vec![
+            (DAffine3::IDENTITY, &*grows),
+            (DAffine3::IDENTITY, &*slides),
+        ];
+        let steps = compose(&chain, [0.0, 1.0]);
+        // At time t the origin is at 10 t (1 + 2 t): 10 in the middle, where the mean of the ends is 15.
+        assert_eq!(steps.len() % 2, 1);
+        assert_eq!(steps[steps.len() / 2].translation, 10.0 * DVec3::X);
+        for (i, pair) in steps.windows(2).enumerate() {
+            let t = (i as f64 + 0.5) / (steps.len() - 1) as f64;
+            let middle = 0.5 * (pair[0].translation + pair[1].translation);
+            let off = middle.x - 10.0 * t * (1.0 + 2.0 * t);
+            assert!(off.abs() < 0.02, "{off} at {t}, of {} steps", steps.len());
+        }
+    }
+
+    #[test]
+    fn single_linear_motion_takes_one_interval() {
+        let slides = keys([0.0, 10.0].map(|x| DAffine3::from_translation(x * DVec3::X)));
+        let still = DAffine3::from_scale(DVec3::splat(2.0));
+        let chain = vec![(still, &[][..]), (still, &*slides)];
+        assert_eq!(compose(&chain, [0.0, 1.0]).len(), 2);
+    }
+}

@@ -1,16 +1,17 @@
 //! Scenes that are written as scene files and read again: the same descriptions, and the same images to the last bit.
 
 use crate::common::generated::{Generator, SIZE};
-use crate::common::scene_folder::{SceneFolder, in_repository, picture};
+use crate::common::scene_folder::{HEAD, SceneFolder, in_repository, picture};
 use crate::gltf_builder::{one_mesh, picture as image_uri, square};
 use etendue::internals::effects::Effect;
 use etendue::internals::geometry::texture::Texture;
 use etendue::internals::geometry::uv_map::{UvMap, Wrap};
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
+use etendue::internals::math::vec::DVec3;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::description::{
-    ColourDescription, MaterialModel, Place, SceneDescription,
+    ColourDescription, LightDescription, LightModel, MaterialModel, Place, SceneDescription,
 };
 use etendue::internals::scene::load::load;
 use etendue::internals::scene::save::save;
@@ -147,6 +148,52 @@ fn saved_generated_scenes_reload_and_render_bit_identically() {
         scene.camera.fov = 0.7_f64.next_up();
         check(&format!("scene {index}"), &scene);
     }
+}
+
+#[test]
+fn saved_extreme_values_reload_bit_identically() {
+    let mut scene = load(&in_repository("scenes/cornell-box/cornell-box.toml")).expect("valid");
+    let place = scene.shapes[0].place.clone();
+    // As a cone of 12 degrees in single precision, whose penumbra fills it.
+    for degrees in [12.0_f64, 24.0, 48.0, 55.0] {
+        let cone = f64::from(degrees.to_radians() as f32);
+        let model = LightModel::Spot {
+            position: DVec3::new(0.0, 1.0, 1e39),
+            target: DVec3::ZERO,
+            intensity: Rgb::grey(2e38).into(),
+            cone,
+            penumbra: cone,
+        };
+        scene.lights.push(LightDescription {
+            place: place.clone(),
+            model,
+        });
+    }
+    let folder = SceneFolder::new([("none", "")]);
+    let path = folder.path("s.toml");
+    save(&scene, &path).expect("saved");
+    let again = load(&path).unwrap_or_else(|error| panic!("{error}"));
+    let models = |scene: &SceneDescription| -> Vec<LightModel> {
+        scene
+            .lights
+            .iter()
+            .map(|light| light.model.clone())
+            .collect()
+    };
+    assert_eq!(models(&again), models(&scene));
+}
+
+#[test]
+fn saved_mesh_without_triangles_reloads() {
+    let empty = format!(
+        "{HEAD}[[shape]]\ntype = \"mesh\"\npositions = []\nindices = []\n[[light]]\ntype = \"point\"\n\
+         position = [0, 1, 0]\nintensity = 1\n"
+    );
+    let folder = SceneFolder::new([("s.toml", empty)]);
+    let scene = folder.load("s.toml");
+    save(&scene, &folder.path("t.toml")).expect("saved");
+    let again = load(&folder.path("t.toml")).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(again.shapes.len(), 1);
 }
 
 #[test]

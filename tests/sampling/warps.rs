@@ -194,6 +194,25 @@ fn rectangle_and_triangle_solid_angles_are_accurate() {
 }
 
 #[test]
+fn rectangle_beside_its_plane_has_no_large_solid_angle() {
+    // Heights above the plane of a tilted rectangle, down to rounding errors of its corner.
+    let tilt = (0.3_f64).sin_cos();
+    let axes = [DVec3::new(tilt.1, 0.0, tilt.0), DVec3::Y];
+    let normal = axes[0].cross(axes[1]);
+    for exponent in 0..40 {
+        for beside in [1.0, 1.7, 30.0] {
+            let height = f64::exp2(-30.0 - f64::from(exponent));
+            let corner = beside * axes[0] + 0.1 * beside * axes[1] + height * normal;
+            let Some(seen) = SphericalRectangle::new(corner, axes, [1.0, 1.0]) else {
+                continue;
+            };
+            let omega = seen.solid_angle();
+            assert!((0.0..=2.0 * height).contains(&omega), "{omega} at {height}");
+        }
+    }
+}
+
+#[test]
 fn spherical_rectangle_sampling_is_uniform_in_solid_angle() {
     const CELLS: usize = 12;
     let mut checks = Vec::new();

@@ -282,6 +282,52 @@ fn no_op_material_features_require_no_effects() {
     assert_eq!(effects, EffectSet::NONE.with(Effect::OneSided));
 }
 
+/// A black texture of roughness makes glass smooth, which light sampling cannot find.
+#[test]
+fn glass_of_mapped_roughness_may_be_specular() {
+    let map = |roughness: [f32; 2]| MaterialDescription {
+        metallic_roughness_map: Some(checker(roughness, Vec2::ONE)),
+        model: MaterialModel::Principled {
+            base_color: grey(1.0),
+            metallic: 1.0,
+            roughness: 1.0,
+            ior: 1.5,
+            transmission: 0.5,
+        },
+        ..partly_there(grey(1.0))
+    };
+    let effects = Material::new(&map([0.0, 0.5])).effects();
+    assert!(effects.has(Effect::Specular) && effects.has(Effect::Glossy));
+}
+
+/// A coat whose index is so large that it reflects all light by rounding.
+#[test]
+fn coats_of_huge_index_give_finite_values() {
+    for ior in [1e6, 3e7, 1e9, 1e30] {
+        for (metallic, roughness) in [(0.0, 0.0), (1.0, 0.0), (0.5, 0.5)] {
+            let material = MaterialDescription {
+                model: MaterialModel::Principled {
+                    base_color: grey(0.5),
+                    metallic,
+                    roughness,
+                    ior,
+                    transmission: 0.0,
+                },
+                ..partly_there(grey(1.0))
+            };
+            let material = Material::new(&material);
+            let [wo, wi] = [Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.6, 0.8)];
+            let value = material
+                .bsdf::<Everything>(Vec2::ZERO)
+                .eval::<Everything>(wo, wi);
+            assert!(
+                value.f.is_finite(),
+                "{ior} {metallic} {roughness}: {value:?}"
+            );
+        }
+    }
+}
+
 /// A lamp of which one half emits is equivalent to a lamp of half the size; the irradiance has a closed form.
 #[test]
 fn textured_emission_matches_closed_form_irradiance() {

@@ -43,10 +43,17 @@ fn line(case: &CaseReport) -> String {
     )
 }
 
-/// The measurements of all cases on the default backend, which two tests share.
+/// All cases but those of Markov chains, which take most of the time; and in `make nightly` all.
+fn cases_to_measure() -> Vec<Case> {
+    let mut some = cases(Effort::Quick);
+    some.retain(|case| is_nightly() || !case.name.ends_with("by mlt"));
+    some
+}
+
+/// The measurements of the cases on the default backend, which two tests share.
 fn all_measured() -> &'static BatteryReport {
     static REPORT: OnceLock<BatteryReport> = OnceLock::new();
-    REPORT.get_or_init(|| quick(&cases(Effort::Quick), Backend::ALL[0]))
+    REPORT.get_or_init(|| quick(&cases_to_measure(), Backend::ALL[0]))
 }
 
 /// Fails if a case of the report was not measured or has not passed.
@@ -68,19 +75,17 @@ fn assert_passed(report: &BatteryReport, cases: usize) {
 
 #[test]
 fn every_case_passes_on_the_default_backend() {
-    assert_passed(all_measured(), cases(Effort::Quick).len());
+    assert_passed(all_measured(), cases_to_measure().len());
 }
 
-/// Every fourth case, beginning with another one for each backend, without those of Markov chains, which take most of the time;
-/// and in `make nightly` every case. The hits of rays, which differ from one backend to the next, are tested in `tests/tracing/`
-/// on all of them.
+/// Every fourth case, beginning with another one for each backend; and in `make nightly` every case. The hits of rays, which
+/// differ from one backend to the next, are tested in `tests/tracing/` on all of them.
 #[test]
 fn cases_pass_on_every_other_backend() {
     let step = if is_nightly() { 1 } else { 4 };
     for (index, &backend) in Backend::ALL.iter().enumerate().skip(1) {
-        let cases = cases(Effort::Quick).into_iter();
-        let mut some: Vec<Case> = cases.skip(index % step).step_by(step).collect();
-        some.retain(|case| is_nightly() || !case.name.ends_with("by mlt"));
+        let cases = cases_to_measure().into_iter();
+        let some: Vec<Case> = cases.skip(index % step).step_by(step).collect();
         assert_passed(&quick(&some, backend), some.len());
     }
 }

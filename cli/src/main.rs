@@ -100,12 +100,22 @@ fn manual(verb: Option<&str>) -> etendue::Result<Outcome> {
     print(&text)
 }
 
-/// Returns the command line, beginning with `etendue`.
+/// Returns the command line, beginning with `etendue`, as a shell reads it.
 fn command_line() -> String {
     let words = std::env::args_os().skip(1);
-    let words = words.map(|word| word.to_string_lossy().into_owned());
+    let words = words.map(|word| quoted(&word.to_string_lossy()));
     let words: Vec<String> = ["etendue".to_owned()].into_iter().chain(words).collect();
     words.join(" ")
+}
+
+/// Quotes a text as one word of a shell command.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./+,:@=%".contains(c);
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', r"'\''"))
+    }
 }
 
 /// Returns the name of a file in the current folder: that of a scene with another extension.
@@ -127,5 +137,23 @@ fn print(text: &[u8]) -> etendue::Result<Outcome> {
             error,
         )),
         _ => Ok(Outcome::Done),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn words_of_a_command_are_quoted_as_a_shell_reads_them() {
+        for (word, text) in [
+            ("scenes/box.toml", "scenes/box.toml"),
+            ("1%", "1%"),
+            ("my scene.toml", "'my scene.toml'"),
+            ("it's", r"'it'\''s'"),
+            ("", "''"),
+        ] {
+            assert_eq!(quoted(word), text);
+        }
     }
 }

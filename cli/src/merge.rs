@@ -13,7 +13,10 @@ use super::{Outcome, command_line, print};
 use etendue::internals::film::ErrorEstimate;
 use etendue::internals::image::atomic::check_creatable;
 use etendue::internals::image::{self, LayeredImage, MetadataValue, WriteOptions};
-use etendue::internals::render::settings::available_threads;
+use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::settings::{
+    Adaptive, LightPathRule, RenderSettings, ReuseRule, available_threads,
+};
 use etendue::internals::session::layers::with_film;
 use etendue::internals::state::{Merge, State, describe};
 use etendue::{Error, Result};
@@ -136,7 +139,7 @@ fn write(
         return Err(Error::usage(
             "--denoise needs the layers of the first hits, which are in the file with the first sample of a render with --layers",
         ));
-    } else if state.header.wants_layers {
+    } else if state.header.wants_layers && !arguments.quiet {
         say!("note: without layers: they are in the file with the first sample, which is missing");
     }
     let denoise = |filter| {
@@ -168,7 +171,37 @@ fn bias(state: &State, denoised: Option<&Denoised>) -> Vec<String> {
     bias
 }
 
-/// The metadata of an EXR file: as `etendue render` writes them.
+/// Whether a state has this rule, in the form in which it is serialised.
+fn is_kept(kept: Option<&serde_json::Value>, rule: &impl Serialize) -> bool {
+    let rule = serde_json::to_value(rule);
+    kept.is_some_and(|kept| rule.is_ok_and(|rule| *kept == rule))
+}
+
+/// The settings of a state that the light paths and the shared paths of a render depend on.
+fn settings_of_paths(state: &State) -> RenderSettings {
+    let identity = &state.header.identity;
+    let mut settings = RenderSettings::new((1, 1), 1);
+    let named = |name: &str, it: &str| identity.name(name) == it;
+    let mut kinds = IntegratorKind::ALL.iter();
+    if let Some(kind) = kinds.find(|it| named("integrator", it.name())) {
+        settings.integrator = *kind;
+    }
+    let mut ways = Adaptive::ALL.iter();
+    if let Some(way) = ways.find(|it| named("adaptive", it.name())) {
+        settings.adaptive = *way;
+    }
+    let kept = identity.settings.get("light_paths");
+    if let Some(rule) = LightPathRule::ALL.iter().find(|it| is_kept(kept, it)) {
+        settings.light_paths = *rule;
+    }
+    let kept = identity.settings.get("reuse");
+    if let Some(rule) = ReuseRule::ALL.iter().find(|it| is_kept(kept, it)) {
+        settings.reuse = *rule;
+    }
+    settings
+}
+
+/// The metadata of an EXR file: as `etendue render` writes them, but for the reason of `auto`, which no state has.
 fn metadata(
     state: &State,
     error: Option<&ErrorEstimate>,
@@ -181,6 +214,7 @@ fn metadata(
         true => "none".to_owned(),
         false => bias.join("; "),
     };
+    let settings = settings_of_paths(state);
     let seed = header.identity.settings.get("seed");
     let sampling = state.film.filter_sampling().name();
     let filter = format!("{}, {sampling}", header.identity.name("filter"));
@@ -195,6 +229,9 @@ fn metadata(
         ("sampler", text(header.identity.name("sampler"))),
         ("filter", text(&filter)),
         ("adaptive", text(header.identity.name("adaptive"))),
+        ("roulette", text(header.identity.name("roulette"))),
+        ("lightPaths", text(settings.light_path_share().name())),
+        ("reuse", text(settings.reuse().name())),
         ("spp", MetadataValue::Real(header.samples() as f64)),
         ("seconds", MetadataValue::Real(header.seconds)),
         ("bias", text(&bias)),
@@ -256,8 +293,9 @@ fn last_line(
     };
     let filtered = filtered.map_or(String::new(), |words| format!(", {words}"));
     let bias = biased_by(&report.bias);
+    let files = if report.files == 1 { "file" } else { "files" };
     format!(
-        "{}: {} files, {} spp, {error}{filtered}{bias}{missing}{needed}",
+        "{}: {} {files}, {} spp, {error}{filtered}{bias}{missing}{needed}",
         outputs.join(", "),
         report.files,
         report.spp

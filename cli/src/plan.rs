@@ -71,6 +71,7 @@ struct CostReport {
     time: Spread,
     energy: Option<f64>,
     energy_error: Option<f64>,
+    energy_margin: Option<f64>,
 }
 
 pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
@@ -79,6 +80,9 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     let mut description = session.description().clone();
     let plan = Plan::new(&description, session.scene());
     let watcher = Watcher::new(ProgressMode::Auto)?;
+    for note in session.notes() {
+        say!("note: {note}");
+    }
     let recommendation = session.recommend(&RenderOptions::default(), &Cancelling(&watcher))?;
     if watcher.is_cancelled() {
         return Ok(Outcome::Interrupted);
@@ -209,6 +213,7 @@ fn effect_report(finding: &Finding, cost: Option<&EffectCost>) -> EffectReport {
             time: cost.time,
             energy: cost.energy.is_finite().then_some(cost.energy),
             energy_error: cost.energy_error.is_finite().then_some(cost.energy_error),
+            energy_margin: cost.energy_margin.is_finite().then_some(cost.energy_margin),
         }),
     }
 }
@@ -258,6 +263,12 @@ fn table(report: &Report) -> String {
             report.kernel
         ),
     );
+    if report.everything.is_some() {
+        line(
+            &mut text,
+            "costs: by the integrator path at its defaults, without light paths and shared paths; +- has a confidence of 95 %".to_owned(),
+        );
+    }
     if let Some(everything) = &report.everything {
         line(
             &mut text,
@@ -294,11 +305,11 @@ fn line(text: &mut String, line: String) {
 
 fn describe_cost(cost: &CostReport) -> String {
     let time = &cost.time;
-    let energy = match (cost.energy, cost.energy_error) {
-        (Some(energy), Some(error)) => format!(
+    let energy = match (cost.energy, cost.energy_margin) {
+        (Some(energy), Some(margin)) => format!(
             "{} +- {} of the light",
             format_percent(energy),
-            format_percent(error)
+            format_percent(margin)
         ),
         _ => "the image is black".to_owned(),
     };

@@ -96,8 +96,9 @@ impl ShardPlan {
             );
         };
         let each = Duration::from_secs_f64(seconds / shards as f64);
+        let noun = if shards == 1 { "shard" } else { "shards" };
         format!(
-            "shards to {target}: about {spp} spp in all, {} on this machine; as {shards} shards of {length} spp, {} each; the error is {pilot}",
+            "shards to {target}: about {spp} spp in all, {} on this machine; as {shards} {noun} of {length} spp, {} each; the error is {pilot}",
             format_duration(Duration::from_secs_f64(seconds.min(1e15))),
             format_duration(each)
         )

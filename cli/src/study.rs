@@ -63,6 +63,9 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
         print(tables::answers_in_words(&findings).as_bytes())?;
     }
     if !arguments.measurement.quiet {
+        for warning in &report.warnings {
+            say!("note: {warning}");
+        }
         let end = if report.complete {
             "done"
         } else {

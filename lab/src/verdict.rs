@@ -2,14 +2,15 @@
 //!
 //! Measure: the unit of the number.
 //! Range: any numbers. Comparisons with NaN are false: a number or a standard error that is NaN fails.
-//! Source: the acceptance rule |mean - exact| <= 5.2 SE + 4e-6 |exact|, in which 5.2 sigma is Šidák's correction for
-//! 500 checks at a family-wise significance of 1e-4; and SE at most a power limit, since a run that is too noisy to
-//! detect an error must not pass. Tested below.
+//! Source: the acceptance rule |mean - exact| <= t SE + 4e-6 |exact|, in which t is the quantile of Student's distribution
+//! (5.2 for a known SE) by Šidák's correction for 500 checks at a family-wise significance of 1e-4; and SE at most a power
+//! limit, since a run that is too noisy to detect an error must not pass. Tested below.
 
+use etendue::internals::math::stats::student_quantile_of;
 use serde::Serialize;
 
-/// The largest deviation of a correct mean, in standard errors.
-const SIGMAS: f64 = 5.2;
+/// The probability that a correct mean lies more than the tolerated standard errors above the exact value, or below it.
+const ONE_SIDED: f64 = 1e-7;
 
 /// The relative error allowed for rounding to single precision in intermediate results.
 pub const ROUNDING: f64 = 4e-6;
@@ -28,9 +29,17 @@ pub enum Verdict {
 
 impl Verdict {
     /// Judges a mean whose deviation from the exact value is `off`, where `tolerance` is allowed besides noise; a
-    /// standard error above `power_limit` makes the result inconclusive.
-    pub fn of(off: f64, tolerance: f64, standard_error: f64, power_limit: f64) -> Self {
-        let is_close = off <= tolerance + SIGMAS * standard_error;
+    /// standard error above `power_limit` makes the result inconclusive. `freedom` is the number of degrees of freedom of
+    /// the standard error, infinite for a known one.
+    pub fn of(
+        off: f64,
+        tolerance: f64,
+        standard_error: f64,
+        freedom: f64,
+        power_limit: f64,
+    ) -> Self {
+        let sigmas = student_quantile_of(freedom, 1.0 - ONE_SIDED);
+        let is_close = off <= tolerance + sigmas * standard_error;
         match (is_close, standard_error <= power_limit) {
             (false, _) => Self::Failed,
             (true, true) => Self::Passed,
@@ -63,9 +72,13 @@ mod tests {
             (f64::NAN, 1.0, Verdict::Failed),
             (0.0, f64::NAN, Verdict::Failed),
         ] {
-            let verdict = Verdict::of(off, 0.0, standard_error, 1.0);
+            let verdict = Verdict::of(off, 0.0, standard_error, f64::INFINITY, 1.0);
             assert_eq!(verdict, expected, "{off} {standard_error}");
         }
-        assert_eq!(Verdict::of(5.3, 0.2, 1.0, 1.0), Verdict::Passed);
+        let known = f64::INFINITY;
+        assert_eq!(Verdict::of(5.3, 0.2, 1.0, known, 1.0), Verdict::Passed);
+        // The quantile of 15 degrees of freedom is 8.99.
+        assert_eq!(Verdict::of(8.9, 0.0, 1.0, 15.0, 1.0), Verdict::Passed);
+        assert_eq!(Verdict::of(9.1, 0.0, 1.0, 15.0, 1.0), Verdict::Failed);
     }
 }

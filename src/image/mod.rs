@@ -19,6 +19,7 @@ mod pfm;
 mod png;
 mod raster;
 pub mod srgb;
+mod tga;
 pub mod tiles;
 mod write;
 
@@ -96,7 +97,7 @@ impl Image {
         Self::new(width, height, pixels)
     }
 
-    /// Reads a PNG, JPEG, Radiance HDR, OpenEXR or PFM file; the format is detected by its first bytes.
+    /// Reads a PNG, JPEG, TGA, BMP, Radiance HDR, OpenEXR or PFM file; the format is detected by its first bytes.
     ///
     /// A file that cannot be read is an [`ErrorKind::Io`](crate::ErrorKind::Io); one that is not a valid image, is
     /// too large, or has a pixel that is not finite, is an [`ErrorKind::Scene`](crate::ErrorKind::Scene).
@@ -122,22 +123,26 @@ impl Image {
             [0xFF, 0xD8, 0xFF, ..] => jpeg::decode(bytes, space),
             [b'#', b'?', ..] => raster::decode_hdr(bytes),
             [b'P', b'F' | b'f', b'\n' | b'\r' | b' ', ..] => pfm::decode(bytes),
+            [b'B', b'M', ..] => raster::decode_bmp(bytes, space),
             _ if exr::is_one(bytes) => exr::decode(bytes),
+            _ if tga::is_one(bytes) => tga::decode(bytes, space),
             _ => Err(Error::scene(
-                "not an image: expected a PNG, JPEG, HDR, EXR or PFM file",
+                "not an image: expected a PNG, JPEG, TGA, BMP, HDR, EXR or PFM file",
             )),
         }?;
         image.checked_finite()
     }
 
-    /// Decodes the alpha channel of the bytes of a PNG file, grey; `None` if it has none. Images of other formats have none
-    /// that is read.
+    /// Decodes the alpha channel of the bytes of a PNG, TGA or BMP file, grey; `None` if it has none. Images of other formats
+    /// have none that is read.
     ///
     /// # Errors
     /// As [`Image::decode`].
     pub fn decode_alpha(bytes: &[u8]) -> Result<Option<Self>> {
         match bytes {
             [0x89, b'P', b'N', b'G', ..] => raster::decode_png_alpha(bytes),
+            [b'B', b'M', ..] => raster::decode_bmp_alpha(bytes),
+            _ if tga::is_one(bytes) => tga::decode_alpha(bytes),
             _ => Ok(None),
         }
     }
@@ -277,6 +282,15 @@ mod tests {
             .collect()
     }
 
+    /// The bytes of images in the formats that are read only.
+    fn read_only() -> [Vec<u8>; 3] {
+        [
+            jpeg::tests::square(),
+            tga::tests::colours(),
+            raster::tests::bmp(),
+        ]
+    }
+
     #[test]
     fn image_mean_averages_each_channel_over_all_pixels() {
         let image = Image::new(2, 1, vec![Rgb::new(0.0, 1.0, 2.0), Rgb::new(1.0, 1.0, 4.0)]);
@@ -330,7 +344,7 @@ mod tests {
 
     #[test]
     fn truncated_image_files_are_rejected() {
-        for bytes in encoded() {
+        for bytes in encoded().into_iter().chain(read_only()) {
             for length in [bytes.len() / 2, bytes.len() - bytes.len() / 4, 20, 5] {
                 let error = Image::decode(&bytes[..length], ColourSpace::Srgb);
                 assert_eq!(error.expect_err("cut").kind(), ErrorKind::Scene);
@@ -342,7 +356,10 @@ mod tests {
         #[test]
         fn arbitrary_bytes_after_any_signature_do_not_panic(
             signature in prop::sample::select(vec![
-                &b"\x89PNG\r\n\x1a\n"[..], b"\xFF\xD8\xFF", b"#?RADIANCE\n", b"\x76\x2F\x31\x01\x02\0\0\0", b"PF\n", b"",
+                &b"\x89PNG\r\n\x1a\n"[..], b"\xFF\xD8\xFF", b"#?RADIANCE\n", b"\x76\x2F\x31\x01\x02\0\0\0", b"PF\n", b"BM",
+                b"BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0",
+                b"\0\0\x0a\0\0\0\0\0\0\0\0\0\x04\0\x04\0\x18\0",
+                b"\0\x01\x09\0\0\x04\0\x18\0\0\0\0\x04\0\x04\0\x08\0", b"",
             ]),
             rest in prop::collection::vec(any::<u8>(), 0..300),
         ) {
@@ -355,7 +372,7 @@ mod tests {
         fn damaged_files_do_not_panic(
             damages in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
         ) {
-            for mut bytes in encoded().into_iter().chain([jpeg::tests::square()]) {
+            for mut bytes in encoded().into_iter().chain(read_only()) {
                 for (place, value) in &damages {
                     let place = place.index(bytes.len());
                     bytes[place] = *value;

@@ -1,13 +1,15 @@
-//! Reading PNG and Radiance HDR through the `image` crate.
+//! Reading PNG, BMP and Radiance HDR through the `image` crate.
 //!
 //! Measure: integer samples are codes of the colour space asked for, over their maximum; HDR's floats are linear.
-//! Range: 8 and 16 bits, grey, palette and colour; alpha is dropped, embedded profiles and HDR's EXPOSURE are not applied.
+//! Range: PNG of 8 and 16 bits, grey, palette and colour; BMP of 1 to 32 bits a pixel, with run lengths or without. Alpha is
+//! read apart from colour; embedded profiles and HDR's EXPOSURE are not applied.
 //! Source: the crate's decoders. Tested below and, with HDR, in `hdr.rs`.
 
 use super::srgb::to_linear;
 use super::{ColourSpace, Image, MAX_PIXELS, MAX_SIDE, checked_size};
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
+use ::image::codecs::bmp::BmpDecoder;
 use ::image::codecs::hdr::HdrDecoder;
 use ::image::codecs::png::PngDecoder;
 use ::image::{ImageDecoder, ImageError, Limits};
@@ -24,14 +26,21 @@ pub(super) fn decode_png(bytes: &[u8], space: ColourSpace) -> Result<Image> {
 pub(super) fn decode_png_alpha(bytes: &[u8]) -> Result<Option<Image>> {
     let no_png = |cause| not_valid("PNG", cause);
     let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits()).map_err(no_png)?;
-    if !decoder.color_type().has_alpha() {
-        return Ok(None);
-    }
-    let samples = Samples::read(decoder, bytes.len(), no_png)?;
-    let space = ColourSpace::Linear;
-    Ok(Some(
-        samples.image(space, |pixel| Rgb::grey(pixel[pixel.len() - 1])),
-    ))
+    decode_alpha(decoder, bytes.len(), no_png)
+}
+
+/// Decodes an image from the bytes of a BMP file.
+pub(super) fn decode_bmp(bytes: &[u8], space: ColourSpace) -> Result<Image> {
+    let no_bmp = |cause| not_valid("BMP", cause);
+    let decoder = BmpDecoder::new(Cursor::new(bytes)).map_err(no_bmp)?;
+    decode(decoder, bytes.len(), space, no_bmp)
+}
+
+/// Decodes the alpha channel of a BMP file, grey; `None` if its header has no mask of alpha.
+pub(super) fn decode_bmp_alpha(bytes: &[u8]) -> Result<Option<Image>> {
+    let no_bmp = |cause| not_valid("BMP", cause);
+    let decoder = BmpDecoder::new(Cursor::new(bytes)).map_err(no_bmp)?;
+    decode_alpha(decoder, bytes.len(), no_bmp)
 }
 
 /// Decodes an image from the bytes of a Radiance HDR file.
@@ -51,11 +60,13 @@ fn limits() -> Limits {
     limits
 }
 
-fn not_valid(format: &str, cause: ImageError) -> Error {
+/// An error about a file that the crate refuses.
+pub(super) fn not_valid(format: &str, cause: ImageError) -> Error {
     Error::scene(format!("not a valid {format} file: {cause}")).because(cause)
 }
 
-fn decode(
+/// Decodes the colours of a file of `file_size` bytes, whose size in pixels is checked before memory is allocated.
+pub(super) fn decode(
     decoder: impl ImageDecoder,
     file_size: usize,
     space: ColourSpace,
@@ -63,6 +74,22 @@ fn decode(
 ) -> Result<Image> {
     let samples = Samples::read(decoder, file_size, not_valid)?;
     Ok(samples.image(space, colour))
+}
+
+/// Decodes the alpha channel of a file as [`decode`] does its colours; `None` if it has none.
+pub(super) fn decode_alpha(
+    decoder: impl ImageDecoder,
+    file_size: usize,
+    not_valid: impl Fn(ImageError) -> Error,
+) -> Result<Option<Image>> {
+    if !decoder.color_type().has_alpha() {
+        return Ok(None);
+    }
+    let samples = Samples::read(decoder, file_size, not_valid)?;
+    let space = ColourSpace::Linear;
+    Ok(Some(
+        samples.image(space, |pixel| Rgb::grey(pixel[pixel.len() - 1])),
+    ))
 }
 
 /// The samples of an image, as in the file.
@@ -171,8 +198,9 @@ fn colour(channels: &[f32]) -> Rgb {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+    use ::image::codecs::bmp::BmpEncoder;
     use ::image::codecs::png::PngEncoder;
     use ::image::{ExtendedColorType, ImageEncoder};
 
@@ -182,6 +210,49 @@ mod tests {
             .write_image(samples, width, 1, colour_type)
             .expect("encoded");
         bytes
+    }
+
+    /// A BMP file of two pixels on top of two others, of these samples.
+    fn bmp_of(samples: &[u8], colour_type: ExtendedColorType) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        BmpEncoder::new(&mut bytes)
+            .write_image(samples, 2, 2, colour_type)
+            .expect("encoded");
+        bytes
+    }
+
+    /// A BMP file of four colours.
+    pub(in crate::image) fn bmp() -> Vec<u8> {
+        let samples = [255, 0, 0, 0, 255, 0, 0, 0, 255, 51, 102, 153];
+        bmp_of(&samples, ExtendedColorType::Rgb8)
+    }
+
+    #[test]
+    fn bmp_colours_and_alpha_are_read() {
+        let image = decode_bmp(&bmp(), ColourSpace::Linear).expect("an image");
+        let expected = [
+            Rgb::new(1.0, 0.0, 0.0),
+            Rgb::new(0.0, 1.0, 0.0),
+            Rgb::new(0.0, 0.0, 1.0),
+            Rgb::new(0.2, 0.4, 0.6),
+        ];
+        assert_eq!(image.pixels(), expected);
+        assert!(decode_bmp_alpha(&bmp()).expect("an image").is_none());
+        let samples: Vec<u8> = (0..4).flat_map(|i| [255, 0, 0, 51 * i]).collect();
+        let bytes = bmp_of(&samples, ExtendedColorType::Rgba8);
+        let alpha = decode_bmp_alpha(&bytes).expect("an image");
+        let expected = [0, 51, 102, 153].map(|code| Rgb::grey(code as f32 / 255.0));
+        assert_eq!(alpha.expect("it has one").pixels(), expected);
+    }
+
+    #[test]
+    fn bmp_of_impossible_size_is_rejected_before_it_is_allocated() {
+        let mut bytes = bmp();
+        for side in [18, 22] {
+            bytes[side..side + 4].copy_from_slice(&65535_i32.to_le_bytes());
+        }
+        let error = decode_bmp(&bytes, ColourSpace::Srgb).expect_err("16 GB of pixels");
+        assert!(error.to_string().contains("65535 x 65535"), "{error}");
     }
 
     #[test]

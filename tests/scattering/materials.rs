@@ -13,7 +13,7 @@ use etendue::internals::math::ray::Ray;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DVec2, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
 use etendue::internals::scene::description::{
-    ColourDescription, GeometryDescription, MaterialDescription, MeshDescription,
+    ColourDescription, GeometryDescription, MaterialDescription, MaterialModel, MeshDescription,
     NormalMapDescription, Place, SceneDescription, ShapeDescription,
 };
 use etendue::internals::scene::material::Material;

@@ -66,7 +66,7 @@ pub struct MergeArguments {
     /// Print the result as one JSON object.
     #[arg(long)]
     pub json: bool,
-    /// Print only errors.
+    /// Print only errors and warnings of non-finite samples.
     #[arg(short, long)]
     pub quiet: bool,
 }

@@ -113,7 +113,9 @@ pub fn write(
     let save = |path: &Path| match rendering.save(session, path) {
         // Markov chains that were cut do not replace the last whole state.
         Err(error) if is_cancelled && error.kind() == ErrorKind::Usage => {
-            say!("note: {error}");
+            if !arguments.quiet {
+                say!("note: {error}");
+            }
             Ok(())
         }
         other => other,

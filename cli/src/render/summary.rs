@@ -9,7 +9,7 @@ use super::stats::{self, ErrorStats, ImageStats, Memory, PriceStats, Stats, Targ
 use crate::denoise::Denoised;
 use crate::durations::format_duration;
 use crate::output::{format_confidence, format_percent};
-use crate::{Outcome, print};
+use crate::{Outcome, print, quoted};
 use etendue::Result;
 use etendue::internals::accel::{Backend, Precision};
 use etendue::internals::effects::Effect;
@@ -150,9 +150,12 @@ impl Job<'_> {
         // `=` is needed, since the value of `--adaptive` is optional.
         let adaptive = flags.adaptive;
         let adaptive = adaptive.map(|how| format!(" --adaptive={}", how.name()));
+        let layers = self.settings.layers.then(|| " --layers".to_owned());
+        let camera = flags.scene.camera.as_deref().map(quoted);
         let precision = tracing.precision;
         let precision = (precision != Precision::Robust).then(|| precision.name().to_owned());
         [
+            ("camera", camera),
             ("size", size),
             ("spp", flags.spp.map(|spp| spp.to_string())),
             ("sampler", flags.sampler.map(|it| it.name().to_owned())),
@@ -191,6 +194,7 @@ impl Job<'_> {
         .into_iter()
         .filter_map(|(flag, value)| value.map(|value| format!(" --{flag} {value}")))
         .chain(adaptive)
+        .chain(layers)
         .collect()
     }
 
@@ -230,16 +234,6 @@ pub fn biased_by(bias: &[String]) -> String {
     match bias {
         [] => String::new(),
         _ => format!(", biased by {}", bias.join("; ")),
-    }
-}
-
-/// Quotes a text as one word of a shell command.
-fn quoted(text: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./+,:@=".contains(c);
-    if text.chars().all(plain) {
-        text.to_owned()
-    } else {
-        format!("'{}'", text.replace('\'', r"'\''"))
     }
 }
 

@@ -123,7 +123,8 @@ impl Claim {
         let power_limit = self.power_limit.unwrap_or(f64::INFINITY);
         let off = self.excess(moments.mean());
         let verdict = known.map_or(Verdict::Inconclusive, |error| {
-            Verdict::of(off, self.tolerance, error, power_limit)
+            let freedom = moments.count() as f64 - 1.0;
+            Verdict::of(off, self.tolerance, error, freedom, power_limit)
         });
         Judged {
             ours: moments.mean(),

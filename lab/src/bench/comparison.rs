@@ -31,7 +31,7 @@ pub fn compare_all(
     pool: &ThreadPool,
     stage: &ProgressStage<'_>,
 ) -> Option<Vec<AgreementReport>> {
-    let Some((&reference, others)) = targets.split_first() else {
+    let Some((&reference, others)) = targets.split_first().filter(|_| count > 0) else {
         return Some(vec![]);
     };
     let new = |target: &(Target, &Accel)| AgreementReport::new(target.0, reference.0);

@@ -29,7 +29,10 @@ impl Number {
     /// `exact`, or absolute where `exact` is 0.
     pub fn mean(name: impl Into<String>, exact: f64, numbers: &Moments, power: f64) -> Self {
         let standard_error = numbers.standard_error().unwrap_or(f64::NAN);
-        Self::new(name, exact, numbers.mean(), standard_error, power)
+        // A single number has no standard error, with which no verdict is good.
+        let freedom = (numbers.count() as f64 - 1.0).max(1.0);
+        let ours = [numbers.mean(), standard_error, freedom];
+        Self::judged(name.into(), exact, ours, power)
     }
 
     /// A deterministic number.
@@ -37,7 +40,7 @@ impl Number {
         Self::new(name, exact, ours, 0.0, 0.0)
     }
 
-    /// A number with its standard error; `power` as for [`Number::mean`].
+    /// A number with its standard error, which is taken as known; `power` as for [`Number::mean`].
     pub fn new(
         name: impl Into<String>,
         exact: f64,
@@ -45,11 +48,23 @@ impl Number {
         standard_error: f64,
         power: f64,
     ) -> Self {
+        let ours = [ours, standard_error, f64::INFINITY];
+        Self::judged(name.into(), exact, ours, power)
+    }
+
+    /// A number with its standard error and the degrees of freedom of that.
+    fn judged(
+        name: String,
+        exact: f64,
+        [ours, standard_error, freedom]: [f64; 3],
+        power: f64,
+    ) -> Self {
         let size = if exact == 0.0 { 1.0 } else { exact.abs() };
         let off = (ours - exact).abs();
-        let verdict = Verdict::of(off, ROUNDING * size, standard_error, power * size);
+        let tolerance = ROUNDING * size;
+        let verdict = Verdict::of(off, tolerance, standard_error, freedom, power * size);
         Self {
-            name: name.into(),
+            name,
             exact,
             ours,
             standard_error,

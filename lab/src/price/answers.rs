@@ -42,10 +42,14 @@ pub struct Facts<'a> {
     pub looks: &'a [Look],
     /// The samples per pixel that were rendered.
     pub spp: f64,
+    /// The evenly distributed ones that they are worth, as those of the looks.
+    pub worth: f64,
     /// The number of pixels of the scene's own size.
     pub pixels: u64,
     /// Whether the error falls in steps, as with Sobol' points.
     pub in_steps: bool,
+    /// Seconds before the first sample.
+    pub start: f64,
     /// Seconds of a sample of each pixel.
     pub pace: f64,
     /// The relative standard error of the pace.
@@ -62,27 +66,29 @@ impl Facts<'_> {
             spp: None,
             time: Answer::Unknown(why.to_owned()),
         };
+        let time = |spp: f64| self.start + self.pace * spp;
         if self.looks.iter().all(|look| look.rel_rmse < ROUNDING) {
             return Row {
                 error,
-                spp: Some(1.0),
-                time: Answer::Exact(self.pace),
+                spp: Some(LEAST),
+                time: Answer::Exact(time(LEAST)),
             };
         }
-        let Some((index, samples)) = self.ends(AIM * error) else {
+        let Some((index, worth)) = self.ends(AIM * error) else {
             return unknown("too few samples were rendered to estimate the error");
         };
-        if samples > self.spp
+        if worth > self.worth
             && let Some(doubt) = self.doubt
         {
             return unknown(doubt);
         }
+        let samples = worth * self.spp / self.worth;
         let range = self.interval(index, error, samples.max(LEAST));
-        let [value, low, high] = [range.value, range.low, range.high].map(|it| self.pace * it);
+        let [value, low, high] = [range.value, range.low, range.high].map(time);
         let range = Ranged { value, low, high };
         let time = match samples {
-            _ if samples <= LEAST => Answer::AtOnce(self.pace * LEAST),
-            _ if samples <= self.spp => Answer::Measured(range),
+            _ if samples <= LEAST => Answer::AtOnce(time(LEAST)),
+            _ if worth <= self.worth => Answer::Measured(range),
             _ => Answer::Law(range),
         };
         Row {
@@ -92,7 +98,7 @@ impl Facts<'_> {
         }
     }
 
-    /// The samples with which `--error` ends, and the look that forecasts them: the first that does so before the next.
+    /// The samples, distributed evenly, with which `--error` ends, and the look that forecasts them: the first that does so before the next.
     fn ends(&self, error: f64) -> Option<(usize, f64)> {
         let forecast = |index: usize| {
             let looks = &self.looks[..=index];
@@ -145,8 +151,10 @@ mod tests {
         Facts {
             looks,
             spp: 1024.0,
+            worth: 1024.0,
             pixels: 1 << 20,
             in_steps: false,
+            start: 0.0,
             pace: 0.5,
             pace_error: 0.0,
             doubt,
@@ -191,6 +199,40 @@ mod tests {
     fn zero_error_gives_an_exact_answer() {
         let mut looks = looks();
         looks.iter_mut().for_each(|look| look.rel_rmse = 0.0);
-        assert_eq!(facts(&looks, None).row(0.001).time, Answer::Exact(0.5));
+        // `--error` takes that many to see that there is no noise.
+        let row = facts(&looks, None).row(0.001);
+        assert_eq!((row.spp, row.time), (Some(24.0), Answer::Exact(12.0)));
+    }
+
+    #[test]
+    fn time_before_the_first_sample_is_added_once() {
+        let looks = looks();
+        let of_start = |start: f64| {
+            let facts = Facts {
+                start,
+                ..facts(&looks, None)
+            };
+            [0.1, 0.01].map(|error| facts.row(error).time.seconds().expect("known"))
+        };
+        let [none, some] = [0.0, 7.0].map(of_start);
+        for index in 0..2 {
+            assert!((some[index] - none[index] - 7.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn adaptive_samples_are_converted_by_their_worth() {
+        let looks = looks();
+        let even = facts(&looks, None);
+        // The looks count samples that are worth as much, of which the render took half as many.
+        let adaptive = Facts { spp: 512.0, ..even };
+        for error in [0.1, 0.01] {
+            let [even, adaptive] = [even.row(error), adaptive.row(error)];
+            let ratio = even.spp.expect("known") / adaptive.spp.expect("known");
+            assert!((ratio - 2.0).abs() < 0.05, "{ratio}");
+            let is_same =
+                |a: &Answer, b: &Answer| std::mem::discriminant(a) == std::mem::discriminant(b);
+            assert!(is_same(&even.time, &adaptive.time));
+        }
     }
 }

@@ -85,7 +85,7 @@ impl Comparison<'_> {
         let is_robust = self.options.precision == Precision::Robust;
         let has_bounces = self.settings.max_bounces.is_none();
         let ways = 3 + others.len() + usize::from(is_robust) + usize::from(has_bounces);
-        let slice = self.seconds / ways as f64;
+        let slice = Budget::time(Duration::from_secs_f64(self.seconds / ways as f64));
         let Some((base, _)) = self.measured(self.settings, self.options, slice)? else {
             return Ok(Vec::new());
         };
@@ -134,7 +134,9 @@ impl Comparison<'_> {
                 max_bounces: Some(BOUNCES),
                 ..self.settings.clone()
             };
-            let Some((other, _)) = self.measured(&settings, self.options, slice)? else {
+            // Of as many samples with the same random numbers, so that the light differs by the limit only.
+            let as_many = Budget::samples(base.spp as u64);
+            let Some((other, _)) = self.measured(&settings, self.options, as_many)? else {
                 return Ok(all);
             };
             let lost = 1.0 - other.light / base.light;
@@ -177,15 +179,15 @@ impl Comparison<'_> {
         others.collect()
     }
 
-    /// Renders for some seconds; `None` if it was cancelled.
+    /// Renders until the budget is used up; `None` if it was cancelled.
     fn measured(
         &self,
         settings: &RenderSettings,
         options: AccelOptions,
-        seconds: f64,
+        budget: Budget,
     ) -> Result<Option<(Measured, Rendered)>> {
         let settings = RenderSettings {
-            budget: Budget::time(Duration::from_secs_f64(seconds)),
+            budget,
             ..settings.clone()
         };
         let scene = self.prepared.scene(options);

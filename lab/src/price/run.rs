@@ -9,7 +9,7 @@
 use super::answers::Facts;
 use super::cheaper::Comparison;
 use super::report::{PriceReport, PriceSettings};
-use super::watch::Watch;
+use super::watch::{OfRender, Watch};
 use crate::study::error_sources::error_sources;
 use crate::study::prepared_scene::PreparedScene;
 use crate::study::reference::References;
@@ -21,7 +21,9 @@ use etendue::internals::accel::{AccelOptions, Precision};
 use etendue::internals::film::Doubt;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::convergence::Look;
-use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
+use etendue::internals::render::settings::{
+    Adaptive, Budget, ErrorTarget, RenderSettings, SamplerKind,
+};
 use etendue::internals::render::{CONFIDENCE, RenderObserver, Rendered, render};
 use etendue::internals::sampler::hash::combine;
 use etendue::internals::scene::description::SceneDescription;
@@ -75,9 +77,9 @@ pub fn run(
     };
     let options = settings.options;
     let prepared = PreparedScene::new(description, [options])?;
+    // With the scene's seed, as `plan` has it, so that both choose alike.
     let asked = RenderSettings {
         threads: options.threads,
-        seed: settings.seed,
         ..RenderSettings::of_scene(description)?
     };
     let integrator = settings.integrator.unwrap_or(asked.integrator);
@@ -85,7 +87,6 @@ pub fn run(
         integrator,
         ..asked
     };
-    // With the seed of `plan`, so that both make the same choice.
     let settled = prepared.settle(&asked, options, &watch)?;
     let base = RenderSettings {
         seed: combine(settings.seed, SEEDS),
@@ -133,9 +134,23 @@ fn blank(
         error_sources: None,
         cheaper: Vec::new(),
         bias: base.bias(prepared.effects()),
-        notes: Vec::new(),
+        notes: description
+            .notes
+            .iter()
+            .map(ToString::to_string)
+            .chain(prepared.notes.iter().cloned())
+            .collect(),
         complete: false,
     }
+}
+
+/// The time of a render at the scene's own size.
+#[derive(Debug, Clone, Copy)]
+struct OwnTime {
+    /// Seconds before the first sample, such as those of filling an irradiance cache.
+    start: f64,
+    /// Seconds of a sample of each pixel.
+    pace: f64,
 }
 
 /// A price that is being measured. Each step returns `None` if it was cancelled.
@@ -152,15 +167,16 @@ struct Price<'a> {
 
 impl Price<'_> {
     fn all(&mut self) -> Result<Option<()>> {
-        let own = self.prepared.size();
-        let pixels = f64::from(own.0) * f64::from(own.1);
+        let size = self.prepared.size();
+        let pixels = f64::from(size.0) * f64::from(size.1);
         let pace = Budget {
             spp: Some(PACE_SPP),
             ..Budget::time(Duration::from_secs_f64(PACE * self.settings.budget))
         };
-        let Some(first) = self.render(&self.prepared, pace, 0)? else {
+        let (first, before) = self.render_whatever(&self.prepared, pace, 0)?;
+        if first.cancelled {
             return Ok(None);
-        };
+        }
         if first.film.mean() == [0.0; 3] {
             return Err(Error::render(
                 "the image is black after its first samples: relative errors are undefined",
@@ -169,20 +185,28 @@ impl Price<'_> {
         if self.watch.elapsed() > self.settings.budget {
             return Err(self.too_small());
         }
-        let own_pace = first.elapsed.as_secs_f64() / first.spp as f64;
-        let small = self.prepared.on_film(scaled(own, SMALL / pixels));
-        let of_small = own_pace * (SMALL / pixels).min(1.0);
+        let pace = |rendered: &Rendered, before: f64| {
+            let seconds = rendered.elapsed.as_secs_f64();
+            // A clock that was read late leaves nothing.
+            (seconds - before).max(1e-3 * seconds) / rendered.spp.max(1) as f64
+        };
+        let mut own = OwnTime {
+            start: before,
+            pace: pace(&first, before),
+        };
+        let small = self.prepared.on_film(scaled(size, SMALL / pixels));
+        let of_small = own.pace * (SMALL / pixels).min(1.0);
         if self.sources(&small, of_small)?.is_none() || self.cheaper(small)?.is_none() {
             return Ok(None);
         }
         // On a busy machine the steps before may have taken all of the time.
         let left = self.watch.left().max(LEAST * self.settings.budget);
-        let share = (left / own_pace / ENOUGH_SPP)
+        let share = (left / own.pace / ENOUGH_SPP)
             .max(SMALLEST / pixels)
             .min(1.0);
         let longest = match share < 1.0 {
-            true => self.prepared.on_film(scaled(own, share)),
-            false => self.prepared.on_film(own),
+            true => self.prepared.on_film(scaled(size, share)),
+            false => self.prepared.on_film(size),
         };
         self.report.size = longest.size();
         let until = Budget {
@@ -192,12 +216,14 @@ impl Price<'_> {
             }),
             ..Budget::time(Duration::from_secs_f64(left))
         };
-        let rendered = self.render_whatever(&longest, until, 1)?;
-        let pace = match longest.size() == own {
-            true => rendered.elapsed.as_secs_f64() / rendered.spp.max(1) as f64,
-            false => own_pace,
-        };
-        self.answer(&rendered, pace)?;
+        let (rendered, before) = self.render_whatever(&longest, until, 1)?;
+        if longest.size() == size {
+            own = OwnTime {
+                start: before,
+                pace: pace(&rendered, before),
+            };
+        }
+        self.answer(&rendered, own)?;
         Ok((!rendered.cancelled).then_some(()))
     }
 
@@ -208,29 +234,26 @@ impl Price<'_> {
         until: Budget,
         seed: u64,
     ) -> Result<Option<Rendered>> {
-        let rendered = self.render_whatever(prepared, until, seed)?;
+        let (rendered, _) = self.render_whatever(prepared, until, seed)?;
         Ok((!rendered.cancelled).then_some(rendered))
     }
 
+    /// Renders with the measured settings; the second number is that of the seconds before the first sample.
     fn render_whatever(
         &self,
         prepared: &PreparedScene,
         until: Budget,
         seed: u64,
-    ) -> Result<Rendered> {
+    ) -> Result<(Rendered, f64)> {
         let settings = RenderSettings {
             budget: until,
             seed: combine(self.base.seed, seed),
             ..self.on_film(prepared)
         };
         let scene = prepared.scene(self.settings.options);
-        render(
-            scene,
-            prepared.filter(),
-            prepared.size(),
-            &settings,
-            &self.watch,
-        )
+        let clock = OfRender::new(&self.watch);
+        let rendered = render(scene, prepared.filter(), prepared.size(), &settings, &clock)?;
+        Ok((rendered, clock.before()))
     }
 
     /// The settings for images of another size.
@@ -316,7 +339,7 @@ impl Price<'_> {
     }
 
     /// Computes the answers from the longest render.
-    fn answer(&mut self, rendered: &Rendered, pace: f64) -> Result<()> {
+    fn answer(&mut self, rendered: &Rendered, own: OwnTime) -> Result<()> {
         let Some(error) = rendered.error(CONFIDENCE) else {
             return match rendered.cancelled {
                 true => Ok(()),
@@ -326,7 +349,7 @@ impl Price<'_> {
         let mut looks = rendered.looks.clone();
         if looks.is_empty() {
             let spp = rendered.spp;
-            looks.push(Look::new(spp as f64, &error));
+            looks.push(Look::new(rendered.worth.unwrap_or(spp as f64), &error));
             let note = format!("the error is that of {spp} samples only: give a larger --budget");
             self.report.notes.push(note);
         }
@@ -335,9 +358,13 @@ impl Price<'_> {
         let facts = Facts {
             looks: &looks,
             spp: rendered.spp as f64,
+            worth: rendered.worth.unwrap_or(rendered.spp as f64),
             pixels: u64::from(width) * u64::from(height),
-            in_steps: self.base.sampler == SamplerKind::Sobol,
-            pace,
+            // Unevenly distributed samples reach powers of two in no step.
+            in_steps: self.base.sampler == SamplerKind::Sobol
+                && self.base.adaptive == Adaptive::Off,
+            start: own.start,
+            pace: own.pace,
             pace_error: PACE_ERROR,
             doubt: doubt.as_deref(),
         };
@@ -345,7 +372,7 @@ impl Price<'_> {
         self.report.doubt = doubt;
         self.report.rel_rmse = Some(error.rel_rmse);
         self.report.spp = rendered.spp;
-        self.report.pace = pace;
+        self.report.pace = own.pace;
         Ok(())
     }
 

@@ -6,6 +6,7 @@
 
 use crate::study::settings::StudyObserver;
 use etendue::internals::render::{Progress, RenderObserver};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// The share of the budget that is kept for the output.
@@ -43,5 +44,44 @@ impl RenderObserver for Watch<'_> {
 
     fn is_cancelled(&self) -> bool {
         self.observer.is_cancelled()
+    }
+}
+
+/// The clock of one render, which measures the time before its first sample.
+pub(super) struct OfRender<'a> {
+    watch: &'a Watch<'a>,
+    start: Instant,
+    /// Seconds after which the irradiance cache was last worked on.
+    before: Mutex<f64>,
+}
+
+impl<'a> OfRender<'a> {
+    /// The clock of a render that starts now.
+    pub fn new(watch: &'a Watch<'a>) -> Self {
+        Self {
+            watch,
+            start: Instant::now(),
+            before: Mutex::new(0.0),
+        }
+    }
+
+    /// Seconds before the first sample.
+    pub fn before(&self) -> f64 {
+        *self.before.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl RenderObserver for OfRender<'_> {
+    fn cache_prepass(&self, _share: f64, _records: usize) {
+        let mut before = self.before.lock().unwrap_or_else(PoisonError::into_inner);
+        *before = self.start.elapsed().as_secs_f64();
+    }
+
+    fn progress(&self, progress: &Progress) {
+        self.watch.progress(progress);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.watch.is_cancelled()
     }
 }

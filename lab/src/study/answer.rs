@@ -77,8 +77,8 @@ pub(super) struct Facts<'a> {
     pub variance: Estimate,
     /// Seconds by samples at the scene's own size.
     pub time: TimeLaw,
-    /// The relative standard error of the pace.
-    pub pace_error: f64,
+    /// The half width of the interval of the logarithm of the pace.
+    pub pace_margin: f64,
     /// The error as a render estimates it, and the number of pixels at the scene's own size.
     pub look: Option<Look>,
     pub pixels: u64,
@@ -153,8 +153,7 @@ impl Facts<'_> {
             self.certainty(error) * samples.high,
         ]
         .map(|samples| self.time.at(samples));
-        let margin = 2.0 * self.pace_error;
-        let widened = |end: f64| (end / value).ln().hypot(margin);
+        let widened = |end: f64| (end / value).ln().hypot(self.pace_margin);
         Ranged {
             value,
             low: value * (-widened(low)).exp(),
@@ -164,9 +163,11 @@ impl Facts<'_> {
 
     /// The factor by which `--error` takes more samples than the error itself, to be sure of it.
     fn certainty(&self, error: f64) -> f64 {
-        let Some(look) = self.look.filter(|look| look.rel_rmse > error) else {
+        let Some(look) = self.look else {
             return 1.0;
         };
+        // The uncertainty of the squared error is known at the look only; that of fewer samples is about as large.
+        let error = error.min(look.rel_rmse);
         let forecast = Forecast::new(&[look], self.pixels, CONFIDENCE, false);
         let independent = look.samples * (look.rel_rmse / error).powi(2);
         let factor = forecast.map_or(1.0, |it| it.samples_for(error) / independent);
@@ -219,7 +220,7 @@ mod tests {
                 start: 0.0,
                 sample: 1.0,
             },
-            pace_error: 0.01,
+            pace_margin: 0.02,
             look: None,
             pixels: 1 << 20,
         };
@@ -279,7 +280,7 @@ mod tests {
                 start: 0.5,
                 sample: 1.0,
             },
-            pace_error: 0.0,
+            pace_margin: 0.0,
             look: None,
             pixels: 1,
         };
@@ -304,7 +305,7 @@ mod tests {
                 start: 0.0,
                 sample: 1.0,
             },
-            pace_error: 0.0,
+            pace_margin: 0.0,
             look,
             pixels: 100_000,
         };
@@ -323,5 +324,12 @@ mod tests {
         // At least the 3 % of the smoothing's bias, and what is left of the uncertainty.
         let more = sure.high / unsure.high;
         assert!((1.03..1.1).contains(&more), "{more}");
+        // An error that was reached takes certainty, too: all of the uncertainty of the look.
+        let [sure, unsure] = [Some(look), None].map(|look| match facts(look).answer(0.2) {
+            Answer::Measured(range) => range,
+            other => panic!("{other:?}"),
+        });
+        let more = sure.high / unsure.high;
+        assert!((1.05..1.3).contains(&more), "{more}");
     }
 }

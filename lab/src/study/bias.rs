@@ -2,10 +2,12 @@
 //!
 //! Measure: relMSE and its root; relative brightness; stated at each field.
 //! Range: levels of at least two renders each.
-//! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs` and `gram.rs`.
+//! Source: docs/accuracy.md, "The study". Tested below, in `lab/tests/reports/study.rs` and
+//! `gram.rs`.
 
 use super::gram::Estimate;
 use super::report::LevelReport;
+use crate::verdict::ROUNDING;
 use etendue::internals::math::stats::{Moments, student_p_value};
 use serde::Serialize;
 
@@ -46,7 +48,9 @@ impl Bias {
         let mut squared = Estimate::sum(&parts.collect::<Option<Vec<_>>>()?);
         squared.standard_error = squared.standard_error.hypot(shared);
         let light = light(levels, reference)?;
-        let t = light.value / light.standard_error;
+        // Rounding makes the light of a scene without noise differ in the last digits.
+        let beyond_rounding = (light.value.abs() - ROUNDING).max(0.0);
+        let t = beyond_rounding / light.standard_error;
         let of_light = match t.is_nan() {
             true => 1.0,
             false => student_p_value(t, light.freedom),
@@ -89,4 +93,47 @@ fn light(levels: &[LevelReport], [reference, reference_error]: [f64; 2]) -> Opti
         1.0
     };
     Some(light)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::clock::Seconds;
+    use super::super::report::RunReport;
+    use super::*;
+
+    /// The bias of levels without noise, whose light is off by this much.
+    fn bias(off: f64) -> Bias {
+        let level = |spp: u64| {
+            let mut level = LevelReport {
+                spp,
+                ..LevelReport::default()
+            };
+            for seed in 0..4_u64 {
+                let products = vec![0.0; seed as usize];
+                level.gram.push(products.clone(), &products, 0.0);
+                level.runs.push(RunReport {
+                    seed,
+                    order: 0,
+                    seconds: Seconds::default(),
+                    repeated: false,
+                    rel_mse: 0.0,
+                    trimmed: 0.0,
+                    luminance: 0.5 * (1.0 + off),
+                    rejected: 0,
+                });
+            }
+            level
+        };
+        Bias::of(&[1, 2, 4].map(level), [0.5, 0.0], 0.0).expect("four renders each")
+    }
+
+    #[test]
+    fn rounding_of_noise_free_light_is_no_bias() {
+        for off in [0.0, 1e-7, -3e-6] {
+            assert!(!bias(off).is_found, "{off}: {:?}", bias(off));
+        }
+        for off in [1e-4, -1e-4] {
+            assert!(bias(off).is_found, "{off}: {:?}", bias(off));
+        }
+    }
 }

@@ -37,6 +37,16 @@ impl Ranged {
         Self { value, low, high }
     }
 
+    /// With ends that are `factor` times as far from the number, which is above 0, on a logarithmic scale.
+    pub fn widened(self, factor: f64) -> Self {
+        let end = |end: f64| self.value * (end / self.value).powf(factor);
+        Self {
+            low: end(self.low),
+            high: end(self.high),
+            ..self
+        }
+    }
+
     /// Whether the interval contains a number.
     pub fn holds(&self, number: f64) -> bool {
         self.low <= number && number <= self.high

@@ -125,6 +125,7 @@ impl Study<'_> {
             effect: cost.effect.name(),
             time: cost.time,
             energy: [cost.energy, cost.energy_error],
+            energy_margin: cost.energy_margin,
         };
         self.report.effects = effects.into_iter().map(share).collect();
         Ok(is_whole.then_some(()))

@@ -24,7 +24,7 @@ const TILE: u32 = 8;
 pub struct Share {
     /// Of the variance.
     pub variance: f64,
-    /// The standard error of `variance`.
+    /// The standard error of `variance`; NaN for an image of a single part.
     pub variance_error: f64,
     /// Of the light.
     pub energy: f64,
@@ -249,9 +249,9 @@ pub fn shares(parts: &[Sums], light: usize) -> Option<Shares> {
     if all.variance <= 0.0 || all.pixels == 0 {
         return None;
     }
-    let leaving: Vec<Sums> = (0..parts.len())
-        .map(|part| without(parts, Some(part)))
-        .collect();
+    // A small image has fewer tiles than parts.
+    let seen = (0..parts.len()).filter(|&part| parts[part].pixels > 0);
+    let leaving: Vec<Sums> = seen.map(|part| without(parts, Some(part))).collect();
     let light: f64 = all.energy[..light].iter().sum();
     let class = |k: usize| {
         let share = |sums: &Sums| sums.covariance[k] / sums.variance;
@@ -261,7 +261,11 @@ pub fn shares(parts: &[Sums], light: usize) -> Option<Shares> {
         let squares: f64 = squares.filter(|square| square.is_finite()).sum();
         Share {
             variance: value,
-            variance_error: (squares * (count - 1.0) / count).sqrt(),
+            variance_error: match leaving.len() {
+                // Of a single part nothing is known but its value.
+                0 | 1 => f64::NAN,
+                _ => (squares * (count - 1.0) / count).sqrt(),
+            },
             energy: all.energy[k] / light,
         }
     };

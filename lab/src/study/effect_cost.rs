@@ -13,7 +13,7 @@ use etendue::internals::accel::AccelOptions;
 use etendue::internals::effects::{Effect, Kernel};
 use etendue::internals::film::filter::Filter;
 use etendue::internals::math::rgb::Rgb;
-use etendue::internals::math::stats::{Moments, Spread};
+use etendue::internals::math::stats::{Moments, Spread, student_quantile};
 use etendue::internals::plan::{Plan, without};
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::render::{RenderObserver, render};
@@ -43,6 +43,8 @@ pub struct EffectCost {
     pub energy: f64,
     /// The standard error of `energy` over the rounds.
     pub energy_error: f64,
+    /// The half width of the interval of `energy` with a confidence of 95 %.
+    pub energy_margin: f64,
 }
 
 /// The costs of all effects of a scene.
@@ -162,10 +164,13 @@ fn cost(effect: Effect, pairs: &[[RenderCost; 2]]) -> EffectCost {
         shares.collect::<Vec<f64>>()
     };
     let energy = Moments::of(share(|outcome| outcome.luminance));
+    let energy_error = energy.standard_error();
+    let margin = energy_error.map(|error| student_quantile(energy.count(), 0.95) * error);
     EffectCost {
         effect,
         time: Spread::of(share(|outcome| outcome.seconds)),
         energy: energy.mean(),
-        energy_error: energy.standard_error().unwrap_or(f64::NAN),
+        energy_error: energy_error.unwrap_or(f64::NAN),
+        energy_margin: margin.unwrap_or(f64::NAN),
     }
 }

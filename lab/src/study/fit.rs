@@ -47,6 +47,20 @@ impl TimeLaw {
         })
     }
 
+    /// The seconds for a sample by (samples, seconds) of few renders, if their start is known; NaN without points. A start is
+    /// at most half of the time of the shortest render.
+    pub fn after(start: f64, points: &[[f64; 2]]) -> f64 {
+        let shortest = points.iter().map(|[_, t]| *t).fold(f64::INFINITY, f64::min);
+        let start = start.min(0.5 * shortest);
+        let (mut wnt, mut wnn) = (0.0, 0.0);
+        for &[n, t] in points.iter().filter(|[_, t]| *t > 0.0) {
+            let w = 1.0 / (t * t);
+            wnt += w * n * (t - start);
+            wnn += w * n * n;
+        }
+        wnt / wnn
+    }
+
     /// Seconds for `samples` samples per pixel.
     pub fn at(&self, samples: f64) -> f64 {
         self.start + self.sample * samples

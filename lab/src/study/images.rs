@@ -21,6 +21,9 @@ use etendue::internals::image::metrics::signed_errors;
 /// The largest ratio between the error of an example and the one that it stands for.
 const SIMILAR: f64 = 1.5;
 
+/// The ratio below which a render takes nearly a certain time: levels lie a factor of two apart.
+const NEAR: f64 = 2.0;
+
 /// Each step returns `None` if the study was cancelled.
 impl Study<'_> {
     /// Tests tiles for bias, with the last level that has all seeds.
@@ -67,22 +70,22 @@ impl Study<'_> {
         let found = summaries(&self.report);
         let mut before: Vec<Option<usize>> = Vec::new();
         for seconds in TIMES {
-            let nearest = |(index, summary): &(usize, Summary)| {
-                let off = |level: &LevelReport| {
-                    let time = summary.own_time.at(level.spp as f64);
-                    (time / seconds).ln().abs()
-                };
-                self.nearest(*index, off)
-            };
-            let levels: Vec<Option<usize>> = found.iter().map(nearest).collect();
+            let levels = self.levels_after(seconds, &found);
             if levels != before {
-                let pairs = found.iter().zip(&levels);
-                let pairs = pairs.filter_map(|((index, _), level)| Some((*index, (*level)?)));
-                let shown = pairs.map(|pair| self.shown(pair, references, runner));
-                let shown = shown.collect::<Result<Vec<Shown>>>()?;
-                self.report.images.at_times.push(AtTime { seconds, shown });
+                self.show_after(seconds, &levels, &found, references, runner)?;
             }
             before = levels;
+        }
+        if self.report.images.at_times.is_empty() {
+            // A short study reaches none of these times: the longest renders are compared.
+            let longest = |(index, summary): &(usize, Summary)| {
+                let mut levels = self.report.variants[*index].levels.iter();
+                let spp = levels.rfind(|level| !level.runs.is_empty())?.spp;
+                Some(summary.own_time.at(spp as f64))
+            };
+            let seconds = found.iter().filter_map(longest).fold(0.0, f64::max);
+            let levels = self.levels_after(seconds, &found);
+            self.show_after(seconds, &levels, &found, references, runner)?;
         }
         for error in EXAMPLES {
             let off = |level: &LevelReport| {
@@ -102,6 +105,39 @@ impl Study<'_> {
                 let shown = self.shown(pair, references, runner)?;
                 self.report.images.examples.push(shown);
             }
+        }
+        Ok(())
+    }
+
+    /// The level of each variant that takes nearly this time at the scene's own size; `None` where none does.
+    fn levels_after(&self, seconds: f64, found: &[(usize, Summary)]) -> Vec<Option<usize>> {
+        let level = |(index, summary): &(usize, Summary)| {
+            let off = |level: &LevelReport| {
+                let time = summary.own_time.at(level.spp as f64);
+                (time / seconds).ln().abs()
+            };
+            let levels = &self.report.variants[*index].levels;
+            let nearest = self.nearest(*index, off);
+            nearest.filter(|&level| off(&levels[level]) < NEAR.ln())
+        };
+        found.iter().map(level).collect()
+    }
+
+    /// Shows the first image of these levels, if there is any, after a time.
+    fn show_after(
+        &mut self,
+        seconds: f64,
+        levels: &[Option<usize>],
+        found: &[(usize, Summary)],
+        references: &References,
+        runner: &Runner<'_>,
+    ) -> Result<()> {
+        let pairs = found.iter().zip(levels);
+        let pairs = pairs.filter_map(|((index, _), level)| Some((*index, (*level)?)));
+        let shown = pairs.map(|pair| self.shown(pair, references, runner));
+        let shown = shown.collect::<Result<Vec<Shown>>>()?;
+        if !shown.is_empty() {
+            self.report.images.at_times.push(AtTime { seconds, shown });
         }
         Ok(())
     }

@@ -10,6 +10,8 @@
 
 use super::bootstrap::Ranged;
 use super::fit::Curve;
+use super::gram::Estimate;
+use etendue::internals::math::stats::{normal_quantile, student_quantile_of};
 use serde::Serialize;
 
 /// The p-value of the lack-of-fit test below which levels do not follow a law.
@@ -146,7 +148,31 @@ impl Curve {
                 None => measured,
             }
         });
-        value.is_finite().then(|| Ranged::of(value, replicas))
+        if !value.is_finite() {
+            return None;
+        }
+        let range = Ranged::of(value, replicas);
+        // The means of a few renders spread as Student's distribution: replicas have its deviation, but not its tails.
+        let above = self.means.iter().rposition(|&mean| mean >= rel_mse);
+        Some(above.map_or(range, |above| {
+            let freedom = self.freedom_between(above, value);
+            range.widened(student_quantile_of(freedom, 0.975) / normal_quantile(0.975))
+        }))
+    }
+
+    /// The degrees of freedom of a crossing between this level and the next, each of which has a share in its logarithm.
+    fn freedom_between(&self, level: usize, samples: f64) -> f64 {
+        let [from, to] = [level, level + 1].map(|level| self.spp[level].ln());
+        let share = ((samples.ln() - from) / (to - from)).clamp(0.0, 1.0);
+        let part = |level: usize, share: f64| {
+            let estimate = Estimate {
+                value: 0.0,
+                standard_error: 1.0,
+                freedom: self.groups[level].len() as f64 - 1.0,
+            };
+            (share, estimate)
+        };
+        Estimate::sum(&[part(level, 1.0 - share), part(level + 1, share)]).freedom
     }
 
     /// The law of a replica, fitted as `law` is.
@@ -250,6 +276,20 @@ mod tests {
             Curve::new(&[level(1.0), level(2.0)], 0).law(),
             Err(NoLaw::FewLevels)
         );
+    }
+
+    #[test]
+    fn measured_samples_of_few_renders_have_nominal_coverage() {
+        let mut dealer = Dealer::new(7);
+        let held = (0..200).filter(|_| {
+            let curve = curve(&mut dealer, |n| 0.5 / n, 0.05);
+            // At a level of four renders.
+            let samples = curve.between(None, 0.5 / 128.0);
+            samples.is_some_and(|samples| samples.holds(128.0))
+        });
+        // 188 are expected, with a standard deviation of 3.4; without Student's quantile 166.
+        let held = held.count();
+        assert!((178..=200).contains(&held), "{held}");
     }
 
     #[test]

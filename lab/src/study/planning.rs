@@ -6,6 +6,7 @@
 //! Source: docs/accuracy.md, "The study". Tested below and in `lab/tests/reports/study.rs`.
 
 use super::fit::TimeLaw;
+use super::own_size::own_times;
 use super::reference::References;
 use super::report::LevelReport;
 use super::run::Study;
@@ -40,6 +41,8 @@ pub(super) struct Costs {
     /// Of each variant, with the comparison with the references.
     pub laws: Vec<TimeLaw>,
     reference: TimeLaw,
+    /// Samples per pixel and seconds of the renders of each variant.
+    points: Vec<Vec<[f64; 2]>>,
 }
 
 impl Costs {
@@ -69,22 +72,6 @@ impl Costs {
     }
 }
 
-/// The least pace of a sample at the scene's own size, over that of a smaller image with as many pixels.
-const LEAST_PACE: f64 = 0.5;
-
-/// The law at the scene's own size, of which few renders may take the time of samples for that before the first: then that of the
-/// smaller image, of which there are more, for `share` times as many pixels.
-fn plausible(own: TimeLaw, small: &TimeLaw, share: f64) -> TimeLaw {
-    let expected = TimeLaw {
-        start: share * small.start,
-        sample: share * small.sample,
-    };
-    match own.sample < LEAST_PACE * expected.sample {
-        true => expected,
-        false => own,
-    }
-}
-
 impl Study<'_> {
     /// Measures the cost of renders and plans them; `None` if it was cancelled.
     pub(super) fn plan(&mut self, watch: &Watch<'_>) -> Result<Option<(Costs, Schedule)>> {
@@ -94,23 +81,19 @@ impl Study<'_> {
         if self.settings.may_shrink && self.settings.schedule.is_none() {
             let size = costs.fitting_size(self.prepared.size(), watch.left());
             if size != self.prepared.size() {
-                for study in &mut self.report.variants {
-                    study.own_size = Some(study.warm_up);
-                }
                 let full = self.prepared.size();
                 self.on_film(size);
                 let Some(again) = self.warm_up(watch)? else {
                     return Ok(None);
                 };
-                costs = again;
                 let pixels = |(width, height)| f64::from(width) * f64::from(height);
                 let share = pixels(full) / pixels(size);
-                for study in &mut self.report.variants {
-                    let own = study
-                        .own_size
-                        .map(|own| plausible(own, &study.warm_up, share));
-                    study.own_size = own;
+                let small = self.report.variants.iter().map(|study| study.warm_up);
+                let own = own_times(&costs.points, &small.collect::<Vec<_>>(), share);
+                for (study, own) in self.report.variants.iter_mut().zip(own) {
+                    study.own_size = Some(own);
                 }
+                costs = again;
             }
         }
         let schedule = self.schedule(&costs, watch)?;
@@ -120,7 +103,7 @@ impl Study<'_> {
     fn on_film(&mut self, size: (u32, u32)) {
         let (width, height) = size;
         self.report.warn(format!(
-            "the scene's own size would leave fewer than {FEW_DOUBLINGS} doublings of the samples in this time: {width} × {height} pixels were rendered, and times are converted to the scene's own size by the pace measured there"
+            "the scene's own size would leave fewer than {FEW_DOUBLINGS} doublings of the samples in this time: {width} × {height} pixels were rendered, and times are converted to the scene's own size by a pace between the one measured there and that of as many pixels of this image"
         ));
         self.prepared = Rc::new(self.prepared.on_film(size));
         self.description.film.size = size;
@@ -134,7 +117,7 @@ impl Study<'_> {
         let variants = self.settings.variants.iter().chain([&reference]);
         let share = WARM_UP.0 * self.settings.budget;
         let each = share.min(WARM_UP.1) / (self.settings.variants.len() + 1) as f64;
-        let mut laws = Vec::new();
+        let (mut laws, mut all_points) = (Vec::new(), Vec::new());
         let mut comparison = 0.0;
         for (index, variant) in variants.enumerate() {
             let mut points = Vec::new();
@@ -167,12 +150,19 @@ impl Study<'_> {
                 };
             }
             laws.push(law);
+            let of_samples = |&[times, seconds]: &[f64; 2]| [times * least as f64, seconds];
+            all_points.push(points[1..].iter().map(of_samples).collect());
         }
         let reference = laws.pop().expect("the reference is the last");
         for law in &mut laws {
             law.start += comparison;
         }
-        Ok(Some(Costs { laws, reference }))
+        all_points.pop();
+        Ok(Some(Costs {
+            laws,
+            reference,
+            points: all_points,
+        }))
     }
 
     fn schedule(&mut self, costs: &Costs, watch: &Watch<'_>) -> Result<Schedule> {
@@ -237,18 +227,8 @@ mod tests {
         Costs {
             laws: vec![law; 2],
             reference: law,
+            points: Vec::new(),
         }
-    }
-
-    #[test]
-    fn implausible_pace_at_full_size_is_replaced() {
-        let law = |start, sample| TimeLaw { start, sample };
-        let small = law(0.002, 0.01);
-        let own = law(0.0, 0.2);
-        assert_eq!(plausible(own, &small, 25.0), own);
-        // Of renders of one and two samples, the first of which was disturbed.
-        let expected = law(0.05, 0.25);
-        assert_eq!(plausible(law(0.69, 0.006), &small, 25.0), expected);
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::clock::Seconds;
 use super::fit::TimeLaw;
 use super::gram::Gram;
 use super::lengths::BounceCost;
+use super::own_size::OwnTime;
 use super::reference::ReferenceNoise;
 use super::scaling::Scaling;
 use super::schedule::Schedule;
@@ -86,7 +87,7 @@ pub struct VariantStudy {
     /// Seconds by samples, from the warm-up; [`super::summary`] fits all renders.
     pub warm_up: TimeLaw,
     /// Seconds by samples at the scene's own size, if another size was studied and this was measured.
-    pub own_size: Option<TimeLaw>,
+    pub own_size: Option<OwnTime>,
     /// Seconds of building its structure.
     pub build: f64,
     /// Levels from few samples to many.
@@ -148,6 +149,8 @@ pub struct EffectShare {
     pub time: Spread,
     /// 1 - luminance without / luminance with, and its standard error.
     pub energy: [f64; 2],
+    /// The half width of the interval of the latter share with a confidence of 95 %.
+    pub energy_margin: f64,
 }
 
 impl StudyReport {

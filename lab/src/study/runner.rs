@@ -199,8 +199,15 @@ impl<'a> Runner<'a> {
 
 /// The mean luminance of an image.
 pub fn luminance(image: &Image) -> f64 {
-    let mean = image.mean().map(|channel| channel as f32);
-    f64::from(<Rgb>::from(mean).luminance())
+    // In double precision: light is compared to nearly the rounding of a single pixel.
+    let weights = [
+        Rgb::new(1.0, 0.0, 0.0),
+        Rgb::new(0.0, 1.0, 0.0),
+        Rgb::new(0.0, 0.0, 1.0),
+    ];
+    let weights = weights.map(|primary| f64::from(primary.luminance()));
+    let channels = image.mean().into_iter().zip(weights);
+    channels.map(|(channel, weight)| channel * weight).sum()
 }
 
 /// Whether other processes disturbed a render.

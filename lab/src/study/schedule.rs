@@ -41,8 +41,8 @@ const LEAST_REFERENCE: u64 = 64;
 /// The renders of a study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Schedule {
-    /// Samples per pixel of each of the two references, in units of the minimum number for their integrator: 16 for
-    /// `mlt`, else 1.
+    /// Samples per pixel of each of the two references, in units of the minimum number for their integrator: one for each
+    /// batch for `mlt`, else 1.
     pub reference_spp: u64,
     /// Number of seeds of each level of each variant. Its levels have 1, 2, 4 ... samples per pixel, in units of its
     /// minimum.

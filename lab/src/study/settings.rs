@@ -23,7 +23,7 @@ pub struct StudySettings {
     pub reference: IntegratorKind,
     /// The options of their acceleration structure.
     pub options: AccelOptions,
-    /// The variants to compare; ratios are to the first.
+    /// The variants to compare; ratios are to the first in which no bias is found.
     pub variants: Vec<Variant>,
     /// Whether a smaller image may be rendered if the time is too short for one of this size.
     pub may_shrink: bool,

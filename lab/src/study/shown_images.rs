@@ -27,7 +27,7 @@ pub const TIMES: [f64; 3] = [10.0, 60.0, 600.0];
 /// Roots of relMSE of which examples are shown.
 pub const EXAMPLES: [f64; 3] = [0.1, 0.03, 0.01];
 
-/// One image of each variant, of the level that takes nearly a certain time.
+/// One image of each variant that has one of nearly a certain time: within a factor of two.
 #[derive(Debug, Clone)]
 pub struct AtTime {
     /// That time in seconds, at the scene's own size.

@@ -6,12 +6,13 @@
 
 use super::answer::{Answer, Facts};
 use super::bias::Bias;
-use super::bootstrap::{Dealer, REPLICAS, Ranged};
+use super::bootstrap::{Dealer, Ranged};
+use super::efficiency::Efficiency;
 use super::fit::{Curve, ErrorLevel, Slope, TimeLaw};
 use super::gram::Estimate;
 use super::law::Law;
 use super::report::{LevelReport, StudyReport, VariantStudy};
-use etendue::internals::math::stats::Moments;
+use etendue::internals::math::stats::{Moments, student_quantile};
 use serde::Serialize;
 
 /// Roots of relMSE for which the time is reported.
@@ -38,12 +39,21 @@ pub struct Summary {
     pub answers: Vec<(f64, Answer)>,
     /// 1 / (relMSE x seconds) of its longest renders.
     pub efficiency: Ranged,
-    /// The efficiency over that of the first variant.
+    /// The efficiency over that of the variant that others are compared with.
     pub ratio: Ranged,
+    /// Whether the others are compared with this one: the first in which no bias was found, or else the first.
+    pub is_base: bool,
     /// The test of its bias.
     pub bias: Bias,
     /// The time to a tenth of the error of the longest renders, at the scene's own size.
     pub tenth: Answer,
+}
+
+impl Summary {
+    /// Whether its image has no noise, so that its efficiency is not known.
+    pub fn is_exact(&self) -> bool {
+        matches!(self.answers.first(), Some((_, Answer::Exact(_))))
+    }
 }
 
 /// The statistics of one level.
@@ -72,33 +82,32 @@ pub fn summaries(report: &StudyReport) -> Vec<(usize, Summary)> {
     };
     let mut dealer = Dealer::new(report.seed);
     let [one, two] = reference.luminances;
-    // The error is computed from as many differences as there are pixels, so it is taken as certain.
+    // The error is computed from many differences, so it is taken as certain.
     let luminance = [0.5 * (one + two), reference.luminance_error];
-    let mut efficiencies: Vec<(usize, Vec<f64>)> = Vec::new();
     let mut all = Vec::new();
+    let mut efficiencies = Vec::new();
     for (index, study) in report.variants.iter().enumerate() {
         let shared = reference.noise.product_deviation;
         let sizes = [report.size, report.full_size];
-        let Some((summary, replicas)) = summary(study, luminance, shared, sizes, &mut dealer)
-        else {
+        let seed = dealer.below(usize::MAX) as u64;
+        let Some((summary, efficiency)) = summary(study, luminance, shared, sizes, seed) else {
             continue;
         };
-        efficiencies.push((index, replicas));
         all.push((index, summary));
+        efficiencies.push(efficiency);
     }
-    let Some(((_, first), (_, base))) = all.first().cloned().zip(efficiencies.first()) else {
-        return all;
-    };
-    for ((_, summary), (index, replicas)) in all.iter_mut().zip(&efficiencies) {
-        let ratio = summary.efficiency.value / first.efficiency.value;
-        let pairs = replicas.iter().zip(base);
-        summary.ratio = match index {
-            0 => Ranged {
+    // The efficiency of a biased variant compares with nothing: it converges to another image.
+    let unbiased = all.iter().position(|(_, summary)| !summary.bias.is_found);
+    let base = unbiased.unwrap_or(0);
+    for (place, (_, summary)) in all.iter_mut().enumerate() {
+        summary.is_base = place == base;
+        summary.ratio = match summary.is_base {
+            true => Ranged {
                 value: 1.0,
                 low: 1.0,
                 high: 1.0,
             },
-            _ => Ranged::of(ratio, pairs.map(|(own, base)| own / base)),
+            false => efficiencies[place].over(&efficiencies[base]).ranged(),
         };
     }
     all
@@ -127,8 +136,8 @@ fn summary(
     reference: [f64; 2],
     shared: f64,
     sizes: [(u32, u32); 2],
-    dealer: &mut Dealer,
-) -> Option<(Summary, Vec<f64>)> {
+    seed: u64,
+) -> Option<(Summary, Efficiency)> {
     let levels: Vec<LevelReport> = study
         .levels
         .iter()
@@ -137,9 +146,9 @@ fn summary(
         .collect();
     let last = levels.last()?;
     let time = time_law(&levels)?;
-    let curve = curve(&levels, dealer.below(usize::MAX) as u64);
+    let curve = curve(&levels, seed);
     let bias = Bias::of(&levels, reference, shared)?;
-    let (efficiency, replicas) = efficiency(last, dealer);
+    let efficiency = Efficiency::of(last)?;
     let slope = curve.slope();
     let ranges = curve.levels();
     let level = |(level, (_, rel_mse)): (&LevelReport, &(f64, Ranged))| {
@@ -159,22 +168,21 @@ fn summary(
         cpu += run.seconds.cpu;
     }
     let [pixels, own_pixels] = sizes.map(|(width, height)| f64::from(width) * f64::from(height));
-    let own_time = match study.own_size {
-        Some(law) if pixels != own_pixels => law,
-        _ => TimeLaw {
-            sample: time.sample * own_pixels / pixels,
-            ..time
-        },
+    let converted = TimeLaw {
+        sample: time.sample * own_pixels / pixels,
+        ..time
     };
+    let own_size = study.own_size.filter(|_| pixels != own_pixels);
+    let (own_time, own_margin) = own_size.map_or((converted, 0.0), |own| (own.law, own.margin));
     let law = curve.law();
     let facts = Facts {
         curve: &curve,
         law,
         bias: &bias,
         is_biased: !study.variant.bias.is_empty(),
-        variance: variance_of_sample(&levels)?,
+        variance: variance_of_sample(last)?,
         time: own_time,
-        pace_error: pace_error(last),
+        pace_margin: pace_margin(last).hypot(own_margin),
         look: study.look,
         pixels: own_pixels as u64,
     };
@@ -190,45 +198,191 @@ fn summary(
         slope,
         law: law.ok(),
         answers: answers.to_vec(),
-        efficiency,
-        ratio: efficiency,
+        efficiency: efficiency.ranged(),
+        ratio: efficiency.ranged(),
+        is_base: false,
         bias,
         tenth,
     };
-    Some((summary, replicas))
+    Some((summary, efficiency))
 }
 
 fn mean(level: &LevelReport, f: impl Fn(&super::report::RunReport) -> f64) -> f64 {
     Moments::of(level.runs.iter().map(f)).mean()
 }
 
-/// 1 / (relMSE x seconds), with its replicas: errors and seconds are resampled separately.
-fn efficiency(level: &LevelReport, dealer: &mut Dealer) -> (Ranged, Vec<f64>) {
-    let seconds: Vec<f64> = level.runs.iter().map(|run| run.seconds.wall).collect();
-    let groups = [level.gram.squared_errors(), seconds];
-    let of_means = |means: &[f64]| 1.0 / (means[0] * means[1]);
-    let means = groups.clone().map(|group| Moments::of(group).mean());
-    let replicas: Vec<f64> = (0..REPLICAS)
-        .map(|_| of_means(&dealer.means(&groups)))
-        .collect();
-    let ranged = Ranged::of(of_means(&means), replicas.iter().copied());
-    (ranged, replicas)
+/// The variance of one sample: that of the longest renders times their samples. Of evenly distributed samples that of shorter
+/// ones is larger.
+fn variance_of_sample(last: &LevelReport) -> Option<Estimate> {
+    Some(Estimate::sum(&[(last.spp as f64, last.gram.variance()?)]))
 }
 
-/// The variance of one sample: that of each level times its samples, weighted by the number of renders.
-fn variance_of_sample(levels: &[LevelReport]) -> Option<Estimate> {
-    let total: f64 = levels.iter().map(|level| level.runs.len() as f64).sum();
-    let part = |level: &LevelReport| {
-        let weight = level.runs.len() as f64 * level.spp as f64 / total;
-        Some((weight, level.gram.variance()?))
-    };
-    Some(Estimate::sum(
-        &levels.iter().map(part).collect::<Option<Vec<_>>>()?,
-    ))
-}
-
-/// The relative standard error of the time of a render.
-fn pace_error(level: &LevelReport) -> f64 {
+/// The half width of the interval of the logarithm of the time of a render, with a confidence of 95 %.
+fn pace_margin(level: &LevelReport) -> f64 {
     let seconds = Moments::of(level.runs.iter().map(|run| run.seconds.wall));
-    seconds.standard_error().unwrap_or(0.0) / seconds.mean()
+    seconds.standard_error().map_or(0.0, |error| {
+        student_quantile(seconds.count(), 0.95) * error / seconds.mean()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::clock::Seconds;
+    use super::super::gram::Gram;
+    use super::super::reference::ReferenceNoise;
+    use super::super::report::{ReferenceReport, RunReport};
+    use super::super::variant::VariantReport;
+    use super::*;
+
+    /// Renders whose squared errors deviate by shares that `noise` returns, and whose seconds do, too.
+    fn level(spp: u64, bias: f64, pace: f64, mut noise: impl FnMut() -> f64) -> LevelReport {
+        let mut level = LevelReport {
+            spp,
+            ..LevelReport::default()
+        };
+        for seed in 0..4_u64 {
+            let rel_mse = (bias + 0.01 / spp as f64) * (1.0 + noise());
+            let products = vec![bias * (1.0 + 1e-3 * seed as f64); seed as usize];
+            level.gram.push(products.clone(), &products, rel_mse);
+            let wall = pace * spp as f64 * (1.0 + noise());
+            level.runs.push(RunReport {
+                seed,
+                order: 0,
+                seconds: Seconds { wall, cpu: wall },
+                repeated: false,
+                rel_mse,
+                trimmed: rel_mse,
+                luminance: 0.5,
+                rejected: 0,
+            });
+        }
+        level
+    }
+
+    fn study(name: &str, bias: f64, pace: f64) -> VariantStudy {
+        let mut step = 0;
+        let mut noise = || {
+            step += 1;
+            0.01 * f64::from(step % 3 - 1)
+        };
+        let level = |spp: u64| level(spp, bias, pace, &mut noise);
+        VariantStudy {
+            variant: VariantReport {
+                name: name.to_owned(),
+                integrator: "path",
+                sampler: "sobol",
+                backend: "",
+                precision: "robust",
+                light_paths: "off",
+                reuse: "off",
+                kernel: None,
+                max_bounces: None,
+                bias: Vec::new(),
+            },
+            warm_up: TimeLaw {
+                start: 0.0,
+                sample: pace,
+            },
+            own_size: None,
+            build: 0.0,
+            levels: [1, 2, 4, 8].map(level).to_vec(),
+            repeated: 0,
+            disturbed: 0,
+            look: None,
+            bars: None,
+            tile_p_values: Vec::new(),
+            paths: None,
+            bounces: Vec::new(),
+        }
+    }
+
+    fn report(variants: Vec<VariantStudy>) -> StudyReport {
+        StudyReport {
+            size: (16, 16),
+            full_size: (16, 16),
+            reference: Some(ReferenceReport {
+                integrator: "path",
+                sampler: "sobol",
+                spp: 64,
+                seconds: [Seconds::default(); 2],
+                seeds: [1, 2],
+                luminances: [0.5; 2],
+                luminance_error: 1e-3,
+                noise: ReferenceNoise {
+                    rel_mse: 1e-6,
+                    product_deviation: 1e-7,
+                },
+            }),
+            variants,
+            ..StudyReport::default()
+        }
+    }
+
+    #[test]
+    fn ratios_are_to_the_first_variant_without_a_found_bias() {
+        let variants = vec![
+            study("short", 0.2, 0.01),
+            study("slow", 0.0, 0.02),
+            study("fast", 0.0, 0.01),
+        ];
+        let all = summaries(&report(variants));
+        let [short, slow, fast] = [0, 1, 2].map(|index| &all[index].1);
+        assert!(short.bias.is_found && !slow.bias.is_found && !fast.bias.is_found);
+        assert_eq!(
+            [short, slow, fast].map(|it| it.is_base),
+            [false, true, false]
+        );
+        assert_eq!((slow.ratio.value, slow.ratio.low), (1.0, 1.0));
+        assert!((fast.ratio.value - 2.0).abs() < 0.05, "{:?}", fast.ratio);
+        assert!(fast.ratio.low > 1.8 && fast.ratio.high < 2.2);
+        // If all of them are biased, the first is the base.
+        let all = summaries(&report(vec![
+            study("one", 0.2, 0.01),
+            study("two", 0.2, 0.01),
+        ]));
+        assert!(all[0].1.is_base && !all[1].1.is_base);
+    }
+
+    #[test]
+    fn variance_of_a_sample_is_that_of_the_longest_renders() {
+        // Of evenly distributed points, N Var falls.
+        let mut steep = study("sobol", 0.0, 0.01);
+        for (index, level) in steep.levels.iter_mut().enumerate() {
+            let mut gram = Gram::default();
+            for seed in 0..4_usize {
+                let rel_mse = (0.1 + 1e-3 * seed as f64) / f64::from(1 << (2 * index));
+                gram.push(vec![0.0; seed], &vec![0.0; seed], rel_mse);
+            }
+            level.gram = gram;
+        }
+        let last = steep.levels.last().expect("levels");
+        let variance = variance_of_sample(last).expect("four renders").value;
+        assert!(
+            (variance / (8.0 * 0.1015 / 64.0) - 1.0).abs() < 1e-9,
+            "{variance}"
+        );
+    }
+
+    #[test]
+    fn margin_of_the_own_size_widens_the_answers() {
+        let mut study = study("path", 0.0, 0.01);
+        let widths = [0.0, 0.5].map(|margin| {
+            study.own_size = Some(super::super::own_size::OwnTime {
+                law: TimeLaw {
+                    start: 0.0,
+                    sample: 0.04,
+                },
+                margin,
+            });
+            let mut report = report(vec![study.clone()]);
+            report.full_size = (32, 32);
+            let summary = summaries(&report)[0].1.clone();
+            assert_eq!(summary.own_time.sample, 0.04);
+            match summary.answers[2].1 {
+                Answer::Law(range) => (range.high / range.low).ln(),
+                ref other => panic!("beyond the levels: {other:?}"),
+            }
+        });
+        assert!(widths[1] > 0.95 && widths[0] < 0.5, "{widths:?}");
+    }
 }

@@ -224,6 +224,28 @@ mod tests {
     }
 
     #[test]
+    fn parts_without_pixels_do_not_reduce_the_standard_error() {
+        let part = |scale: f32| {
+            let mut splitter = Lengths::new(4, vec![[1.0; 3]]);
+            for (seen, found) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+                sample(&mut splitter, 4.0 + scale * seen, 4.0 + found);
+            }
+            splitter.into_sums()
+        };
+        let empty = || Lengths::new(4, vec![]).into_sums();
+        let error = |parts: &[Sums]| {
+            let shares = path_shares_of(parts, 4).expect("it has variance");
+            shares.classes[0].variance_error
+        };
+        // Shares of 1/2 and 4/5: those without one of them lie 0.3 apart.
+        let of_two = error(&[part(1.0), part(2.0)]);
+        assert!(of_two > 0.1, "{of_two}");
+        assert_eq!(of_two, error(&[part(1.0), empty(), part(2.0), empty()]));
+        // Of a single part, the uncertainty is not known.
+        assert!(error(&[part(1.0), empty()]).is_nan());
+    }
+
+    #[test]
     fn noise_free_image_has_no_variance_shares() {
         let mut splitter = Lengths::new(2, vec![[1.0; 3]]);
         for _ in 0..2 {

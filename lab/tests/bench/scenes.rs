@@ -6,7 +6,7 @@ use etendue::internals::accel::{Accel, AccelOptions, Backend, Precision, Quality
 use etendue::internals::geometry::world::World;
 use etendue::internals::geometry::{Geometry, mesh::Mesh};
 use etendue::internals::image::metrics;
-use etendue::internals::math::vec::{DVec3, Vec3};
+use etendue::internals::math::vec::DVec3;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::render::{Unwatched, render};
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};

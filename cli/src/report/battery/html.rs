@@ -19,8 +19,8 @@ pub fn of_report(report: &BatteryReport, command: &str) -> String {
         p { code { (command) } }
         p.caption { (conditions(report)) "." }
         p.caption {
-            "A case passes if its mean is within 5.2 standard errors of the exact number, and its standard error is \
-             below the case's limit; without a standard error every single number has to be exact up to the stated \
+            "A case passes if its mean is within 5.2 standard errors of the exact number, or within as many more as \
+             Student's distribution asks of few replicates (9.0 of 16), and its standard error is below the case's limit; without a standard error every single number has to be exact up to the stated \
              rounding. A case with a larger standard error is inconclusive, which counts as a failure. Rows are those of \
              the catalogue in docs/hard-cases.md."
         }

@@ -28,6 +28,9 @@ const RIGHT: f64 = 18.0;
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 56.0;
 
+/// Half of the width of a digit of a label on a phone, where letters are largest.
+const HALF_OF_A_DIGIT: f64 = 4.2;
+
 /// The number of dots above which they are drawn small.
 const FEW: usize = 200;
 
@@ -69,7 +72,9 @@ fn svg(plot: &Plot) -> Markup {
             @for tick in frame.x.ticks() {
                 @let x = LEFT + tick.place * frame.width;
                 line.grid x1=(round(x)) x2=(round(x)) y1=(TOP) y2=(bottom) {}
-                text.along x=(round(x)) y=(bottom + 20.0) { (tick.label) }
+                // A long label at the end of the axis would be cut.
+                @let middle = x.min(width - HALF_OF_A_DIGIT * tick.label.chars().count() as f64);
+                text.along x=(round(middle)) y=(bottom + 20.0) { (tick.label) }
             }
             text.name x="2" y="16" { (plot.y.label) }
             text.name.end x=(LEFT + frame.width) y=(height - 8.0) { (plot.x.label) }
@@ -263,6 +268,22 @@ mod tests {
         ] {
             assert!(html.contains(expected), "no {expected} in {html}");
         }
+    }
+
+    #[test]
+    fn labels_end_within_the_picture() {
+        let mut plot = plot(Mark::Line, vec![[0.0, 1.0], [1.0, 100.0]]);
+        plot.x.ticks = vec![(0.5, "10 years".to_owned()), (1.0, "100 years".to_owned())];
+        let html = figure(&plot).into_string();
+        let place = |label: &str| {
+            let (before, _) = html.split_once(&format!(">{label}<")).expect("a label");
+            let (_, x) = before.rsplit_once(" x=\"").expect("its place");
+            let (x, _) = x.split_once('"').expect("a number");
+            x.parse::<f64>().expect("a number")
+        };
+        assert_eq!(place("10 years"), LEFT + 150.0);
+        let end = place("100 years") + 9.0 * HALF_OF_A_DIGIT;
+        assert!(end <= LEFT + 300.0 + RIGHT + 0.1, "{end}");
     }
 
     #[test]

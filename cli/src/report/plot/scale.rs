@@ -56,6 +56,8 @@ impl Ruler {
             }
         };
         let scale = axis.scale;
+        let marks = axis.ticks.iter().map(|(value, _)| inner(*value));
+        let [start, end] = with_a_mark([start, end], marks.filter(|x| x.is_finite()));
         Self {
             scale,
             marked: axis.ticks.clone(),
@@ -94,17 +96,8 @@ impl Ruler {
     }
 
     fn even_ticks(&self) -> Vec<Tick> {
-        let rough = (self.end - self.start) / MOST_LABELS;
-        let power = rough.log10().floor();
-        let unit = 10.0_f64.powf(power);
-        let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * unit);
-        let step = step.into_iter().find(|&step| step >= rough * (1.0 - 1e-9));
-        let step = step.unwrap_or(unit);
-        let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
-        let [first, last] = [(self.start / step).ceil(), (self.end / step).floor()];
-        (first as i64..=last as i64)
-            .map(|index| index as f64 * step)
-            .filter_map(|value| self.tick(value, format!("{value:.decimals$}").replace('-', "−")))
+        let even = even_values([self.start, self.end]).into_iter();
+        even.filter_map(|(value, label)| self.tick(value, label))
             .collect()
     }
 
@@ -114,12 +107,32 @@ impl Ruler {
         if span < 2.0 {
             // Less than two decades: 2 and 5 times the powers of ten are marked, too.
             let parts = [1.0, 2.0, 5.0];
-            return (first - 1..=last)
+            let ticks: Vec<Tick> = (first - 1..=last)
                 .flat_map(|power| parts.map(|part| (part, power)))
                 .filter_map(|(part, power)| {
                     let value = part * 10.0_f64.powi(power);
                     self.tick(value, short(value))
                 })
+                .collect();
+            if ticks.len() > 1 {
+                return ticks;
+            }
+            // Less than a third of a decade may have one of them, or none.
+            let ends = [self.start, self.end].map(|end| 10.0_f64.powf(end));
+            let even = even_values(ends).into_iter();
+            let label = |value: f64, plain: String| match (1e-3..1e5).contains(&value) {
+                true => plain,
+                false => {
+                    let power = value.log10().floor() as i32;
+                    format!(
+                        "{:.2}·10{}",
+                        value / 10.0_f64.powi(power),
+                        superscript(power)
+                    )
+                }
+            };
+            return even
+                .filter_map(|(value, plain)| self.tick(value, label(value, plain)))
                 .collect();
         }
         let stride = (span / MOST_LABELS).ceil() as i32;
@@ -138,6 +151,29 @@ impl Ruler {
         let within = (-1e-9..=1.0 + 1e-9).contains(&place);
         within.then_some(Tick { place, label })
     }
+}
+
+/// The ends of an axis, moved to the nearest mark if there is none between them.
+fn with_a_mark([start, end]: [f64; 2], marks: impl Iterator<Item = f64>) -> [f64; 2] {
+    let outside = |mark: f64| (start - mark).max(mark - end).max(0.0);
+    let nearest = marks.min_by(|a, b| outside(*a).total_cmp(&outside(*b)));
+    nearest.map_or([start, end], |mark| [start.min(mark), end.max(mark)])
+}
+
+/// Round numbers between two ends, with their labels.
+fn even_values([start, end]: [f64; 2]) -> Vec<(f64, String)> {
+    let rough = (end - start) / MOST_LABELS;
+    let power = rough.log10().floor();
+    let unit = 10.0_f64.powf(power);
+    let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * unit);
+    let step = step.into_iter().find(|&step| step >= rough * (1.0 - 1e-9));
+    let step = step.unwrap_or(unit);
+    let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
+    let [first, last] = [(start / step).ceil(), (end / step).floor()];
+    (first as i64..=last as i64)
+        .map(|index| index as f64 * step)
+        .map(|value| (value, format!("{value:.decimals$}").replace('-', "−")))
+        .collect()
 }
 
 /// Formats a number with few digits.
@@ -190,6 +226,19 @@ mod tests {
             ["10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "10⁰", "10³"]
         );
         assert_eq!(log(2.0, 12.0), ["2", "5", "10"]);
+        assert_eq!(log(2.1, 3.1), ["2.2", "2.4", "2.6", "2.8", "3.0"]);
+    }
+
+    #[test]
+    fn marked_axis_has_a_mark() {
+        let marked = |start, end| {
+            let mut axis = Axis::log("x").over(start, end);
+            axis.ticks = vec![(10.0, "ten".to_owned()), (60.0, "sixty".to_owned())];
+            labels(&axis, &[])
+        };
+        assert_eq!(marked(20.0, 40.0), ["sixty"]);
+        assert_eq!(marked(12.0, 30.0), ["ten"]);
+        assert_eq!(marked(5.0, 100.0), ["sixty", "ten"]);
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use crate::recommendation::{advice, sentence};
 use crate::report::study::tables::path_class;
-use crate::report::study::wording::{percent, rough, seconds};
+use crate::report::study::wording::{percent, rough, seconds, seconds_interval};
 use crate::report::table::{Table, numbers, words, wrapped};
 use etendue_lab::price::answers::Row;
 use etendue_lab::price::cheaper::Cheaper;
@@ -82,8 +82,8 @@ fn answers(report: &PriceReport) -> String {
     };
     text += &wrapped(
         &format!(
-            "What `render --error` takes, by {} samples{at} with an error of {error}; ≈ is beyond.",
-            report.spp
+            "What `render --integrator {} --error` takes, by {} samples{at} with an error of {error}; ≈ is beyond.",
+            report.integrator, report.spp
         ),
         WIDTH,
     );
@@ -91,10 +91,12 @@ fn answers(report: &PriceReport) -> String {
 }
 
 fn row(row: &Row) -> Vec<String> {
-    let interval = |range: &Ranged| format!("{} to {}", seconds(range.low), seconds(range.high));
     let (time, interval) = match &row.time {
-        Answer::Measured(range) => (seconds(range.value), interval(range)),
-        Answer::Law(range) => (format!("≈ {}", seconds(range.value)), interval(range)),
+        Answer::Measured(range) => (seconds(range.value), seconds_interval(range)),
+        Answer::Law(range) => (
+            format!("≈ {}", seconds(range.value)),
+            seconds_interval(range),
+        ),
         Answer::AtOnce(time) => (format!("< {}", seconds(*time)), String::new()),
         Answer::Exact(time) => (seconds(*time), "exact: no noise".to_owned()),
         Answer::Never(_) => ("never".to_owned(), String::new()),
@@ -146,7 +148,11 @@ fn sources(report: &PriceReport) -> String {
 }
 
 fn source(what: &str, name: &str, variance: f64, error: f64, energy: f64) -> Vec<String> {
-    let share = format!("{:.0} ± {:.0} %", 100.0 * variance, 200.0 * error);
+    // Of an image of a single part, the uncertainty is not known.
+    let share = match error.is_nan() {
+        true => format!("{:.0} %", 100.0 * variance),
+        false => format!("{:.0} ± {:.0} %", 100.0 * variance, 200.0 * error),
+    };
     vec![what.to_owned(), name.to_owned(), share, percent(energy)]
 }
 

@@ -5,10 +5,9 @@
 //! Source: none needed. Tested in `cli/tests/command/study.rs` and below.
 
 use super::Findings;
-use super::wording::{answer, percent, ranged, rough, seconds};
+use super::wording::{answer, percent, ranged, rough, seconds, seconds_interval};
 use crate::report::table::{Table, numbers, words};
 use etendue_lab::study::answer::Answer;
-use etendue_lab::study::bootstrap::Ranged;
 use etendue_lab::study::summary::{Summary, TARGETS};
 
 /// Returns the table with a row for each variant and a column for each error.
@@ -67,8 +66,8 @@ fn long(
                 None => answer(&it),
             };
             let (mark, interval) = match &it {
-                Answer::Measured(range) => ("", interval(range)),
-                Answer::Law(range) => ("≈ ", interval(range)),
+                Answer::Measured(range) => ("", seconds_interval(range)),
+                Answer::Law(range) => ("≈ ", seconds_interval(range)),
                 Answer::AtOnce(_) => ("< ", String::new()),
                 Answer::Exact(_) => ("", "exact: no noise".to_owned()),
                 Answer::Never(bias) => ("", format!("its bias is {}", percent(*bias))),
@@ -95,10 +94,6 @@ fn long(
     }
 }
 
-fn interval(range: &Ranged) -> String {
-    format!("{} to {}", seconds(range.low), seconds(range.high))
-}
-
 fn caption(findings: &Findings<'_>) -> String {
     let report = findings.report;
     let (width, height) = report.full_size;
@@ -113,6 +108,11 @@ fn caption(findings: &Findings<'_>) -> String {
         "For {width} × {height} pixels on {} threads{size}, from the first sample on, with intervals of 95 %, whose upper ends include what `render --error` takes to be sure of the error. Less is better. `≈` is beyond what was measured, by the law of the error so far; `never` is below the variant's bias.",
         report.threads
     );
+    let mut all = findings.summaries.iter().flat_map(|(_, it)| &it.answers);
+    if all.any(|(_, it)| matches!(it, Answer::AtOnce(_))) {
+        caption +=
+            " `<` is the time of the shortest renders; `render --error` takes at least 24 samples.";
+    }
     for (_, summary) in &findings.summaries {
         let reasons = summary.answers.iter().filter_map(|(target, it)| match it {
             Answer::Unknown(reason) => Some((*target, reason)),

@@ -14,13 +14,15 @@ use etendue_lab::study::summary::Summary;
 /// Returns the sentences, the most important first.
 pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
     let all: Vec<&Summary> = findings.summaries.iter().map(|(_, s)| s).collect();
-    let Some(&first) = all.first() else {
+    let Some(base) = all.iter().find(|summary| summary.is_base) else {
         return vec!["Too little was rendered for a conclusion.".to_owned()];
     };
+    // Without noise there is no efficiency to compare.
+    let is_exact = all.iter().any(|summary| summary.is_exact());
     let mut sentences: Vec<String> = price(findings).into_iter().collect();
     let (wrong, right): (Vec<&Summary>, Vec<&Summary>) =
         all.iter().partition(|summary| summary.bias.is_found);
-    sentences.extend(best(&right, first));
+    sentences.extend(best(&right, base).filter(|_| !is_exact));
     for summary in &wrong {
         let pixels = match summary.bias.is_square_found {
             true => format!(
@@ -35,7 +37,7 @@ pub fn of_findings(findings: &Findings<'_>) -> Vec<String> {
             signed_percent(summary.bias.light[0], summary.bias.light[1]),
         ));
     }
-    sentences.extend(integrators(findings));
+    sentences.extend(integrators(findings).filter(|_| !is_exact));
     sentences.extend(disturbance(findings));
     sentences
 }
@@ -48,16 +50,11 @@ fn integrators(findings: &Findings<'_>) -> Option<String> {
         .summaries
         .iter()
         .filter(|(_, it)| !it.bias.is_found);
-    let (first, present) = right.clone().next()?;
-    // Gains are over the first variant without bias.
-    let others = right.filter(|(index, _)| kind(*index) != kind(*first));
-    let gain = |it: &Summary| Ranged {
-        value: it.efficiency.value / present.efficiency.value,
-        low: it.efficiency.low / present.efficiency.high,
-        high: it.efficiency.high / present.efficiency.low,
-    };
-    let gains: Vec<(&str, Ranged)> = others.map(|(index, it)| (kind(*index), gain(it))).collect();
-    let advice = advice(kind(*first), &gains, Some(auto));
+    // Ratios are to the first variant without bias.
+    let (base, _) = right.clone().find(|(_, it)| it.is_base)?;
+    let others = right.filter(|(index, _)| kind(*index) != kind(*base));
+    let gains: Vec<(&str, Ranged)> = others.map(|(index, it)| (kind(*index), it.ratio)).collect();
+    let advice = advice(kind(*base), &gains, Some(auto));
     Some(format!("On the integrator: {advice}."))
 }
 
@@ -78,12 +75,12 @@ fn disturbance(findings: &Findings<'_>) -> Option<String> {
 }
 
 /// Returns a sentence about the most efficient of the unbiased variants.
-fn best(right: &[&Summary], first: &Summary) -> Option<String> {
+fn best(right: &[&Summary], base: &Summary) -> Option<String> {
     let most = |a: &&&Summary, b: &&&Summary| a.efficiency.value.total_cmp(&b.efficiency.value);
     let best = right.iter().max_by(most)?;
     let rest = right.iter().filter(|other| other.name != best.name);
     let next = rest.max_by(most);
-    if best.name != first.name {
+    if best.name != base.name {
         let ratio = ranged(&best.ratio, number);
         let by = match best.ratio.low > 1.0 {
             true => "is the most efficient",
@@ -91,7 +88,7 @@ fn best(right: &[&Summary], first: &Summary) -> Option<String> {
         };
         return Some(format!(
             "`{}` {by}: {ratio} times as efficient as `{}`.",
-            best.name, first.name
+            best.name, base.name
         ));
     }
     let next = next?;
@@ -194,6 +191,46 @@ mod tests {
         assert!(text.contains("12 of 48 renders were disturbed"), "{text}");
         busy.variants.clear();
         assert!(of_findings(&findings(&busy))[0].contains("Too little"));
+    }
+
+    #[test]
+    fn biased_first_variant_is_no_base_of_comparison() {
+        let mut report = report();
+        let mut slow = report.variants[0].clone();
+        slow.variant.name = "slow".to_owned();
+        let runs = slow.levels.iter_mut().flat_map(|level| &mut level.runs);
+        runs.for_each(|run| run.seconds.wall *= 2.0);
+        // The biased variant comes first.
+        report.variants.reverse();
+        report.variants.push(slow);
+        let text = of_findings(&findings(&report)).join("\n");
+        assert!(
+            text.contains("`path, sobol` is the most efficient: 2 ("),
+            "{text}"
+        );
+        assert!(text.contains("times as efficient as `slow`"), "{text}");
+    }
+
+    #[test]
+    fn noise_free_variants_are_not_compared() {
+        let mut report = report();
+        report.variants.push(report.variants[0].clone());
+        for study in &mut report.variants {
+            study.variant.name += " exact";
+            for level in &mut study.levels {
+                let mut gram = etendue_lab::study::gram::Gram::default();
+                for seed in 0..level.runs.len() {
+                    gram.push(vec![0.0; seed], &vec![0.0; seed], 0.0);
+                }
+                level.gram = gram;
+            }
+        }
+        let found = findings(&report);
+        let text = of_findings(&found).join("\n");
+        assert!(text.contains("its image is exact after"), "{text}");
+        assert!(!text.contains("efficient"), "{text}");
+        let efficiency = super::super::tables::efficiency(&found);
+        assert!(efficiency.rows.iter().all(|row| row[1] == "exact"));
     }
 
     #[test]

@@ -116,7 +116,10 @@ fn path_charts(findings: &Findings<'_>) -> Markup {
         let bar = |class: &etendue_lab::study::variance::ClassShare| Bar {
             label: path_class(class.bounces, class.found),
             value: class.variance,
-            range: Some([-2.0, 2.0].map(|s| (class.variance + s * class.variance_error).max(0.0))),
+            range: class
+                .variance_error
+                .is_finite()
+                .then(|| [-2.0, 2.0].map(|s| (class.variance + s * class.variance_error).max(0.0))),
             text: format!(
                 "{}, of the light {}",
                 percent(class.variance),

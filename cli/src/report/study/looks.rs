@@ -70,7 +70,7 @@ pub fn images(findings: &Findings<'_>) -> Markup {
     let middle = errors.get(errors.len() / 2).copied().unwrap_or(1.0);
     let end = round_up(2.0 * middle).min(1.0);
     html! {
-        p.caption { "The rendered images that take nearly these times at the scene's own size. Beside each its relative error: blue is too dark, red too bright, full colour is "
+        p.caption { "The rendered images that take nearly these times, within a factor of two, at the scene's own size. Beside each its relative error: blue is too dark, red too bright, full colour is "
             (percent(end)) " or more of the pixel's value." }
         @for at in &all.at_times {
             h3 { "After about " (seconds(at.seconds)) }

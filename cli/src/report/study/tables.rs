@@ -50,14 +50,15 @@ pub fn markdown(findings: &Findings<'_>) -> String {
 
 /// Returns the table of the efficiency of each variant.
 pub fn efficiency(findings: &Findings<'_>) -> Table {
-    let first = findings.summaries.first();
-    let first = first.map_or("the first", |(_, summary)| &summary.name);
+    let base = findings.summaries.iter().find(|(_, it)| it.is_base);
+    let base = base.map_or("the first", |(_, summary)| &summary.name);
     let row = |(_, summary): &(usize, Summary)| {
         let last = summary.levels.last();
         let slope = summary.slope.as_ref();
         // The efficiency of a biased variant is not comparable, since it converges to another image.
         let of_unbiased = |range: &Ranged| match summary.bias.is_found {
             true => "biased".to_owned(),
+            false if summary.is_exact() => "exact".to_owned(),
             false => ranged(range, number),
         };
         let trimmed = last.map(|last| 1.0 - last.trimmed / last.rel_mse.value);
@@ -79,7 +80,7 @@ pub fn efficiency(findings: &Findings<'_>) -> Table {
     Table {
         title: "Efficiency".to_owned(),
         caption: format!(
-            "1 / (relMSE × seconds) of the longest renders, more is better, and its ratio to that of `{first}`. relMSE falls as 1 / tᵇ with the slope b: 1 for independent samples, more for low-discrepancy samples, less for a biased variant; a small p of fit rejects the power law. Outliers: the share of relMSE in the worst 0.1 % of the pixels. Time is start + N × sample, both for the whole image."
+            "1 / (relMSE × seconds) of the longest renders, more is better, and its ratio to that of `{base}`, the first without a bias that was found. relMSE falls as 1 / tᵇ with the slope b: 1 for independent samples, more for low-discrepancy samples, less for a biased variant; a small p of fit rejects the power law. Outliers: the share of relMSE in the worst 0.1 % of the pixels. Time is start + N × sample, both for the whole image."
         ),
         head: vec![
             words("variant"),
@@ -279,12 +280,12 @@ pub fn effects(findings: &Findings<'_>) -> Table {
         vec![
             share.effect.to_owned(),
             format!("{median} ({min} to {max})"),
-            signed_percent(share.energy[0], 2.0 * share.energy[1]),
+            signed_percent(share.energy[0], share.energy_margin),
         ]
     };
     Table {
         title: "What each effect costs".to_owned(),
-        caption: "The share of the time and of the light that is gone without the effect, by rendering with and without it in turn (`etendue plan --cost` measures the same for longer). Below 0, it saves time: paths end sooner with it."
+        caption: "The share of the time and of the light that is gone without the effect, by rendering with and without it in turn (`etendue plan --cost` measures the same for longer), with the integrator `path` at its defaults whatever the variants are, without light paths and shared paths. Below 0, it saves time: paths end sooner with it. Times are the median of few rounds, with minimum and maximum; ± has a confidence of 95 %."
             .to_owned(),
         head: vec![words("effect"), numbers("of the time"), numbers("of the light")],
         rows: findings.report.effects.iter().map(row).collect(),
@@ -306,16 +307,6 @@ pub fn environment(findings: &Findings<'_>) -> Table {
             seconds(report.budget)
         ),
     );
-    if let Some(seeds) = report.schedule.as_ref().and_then(|it| it.seeds.first()) {
-        let counts: Vec<String> = seeds.iter().map(u64::to_string).collect();
-        add(
-            "seeds",
-            format!(
-                "{} from the shortest renders to the longest",
-                counts.join(", ")
-            ),
-        );
-    }
     if let Some(reference) = &report.reference {
         let [one, two] = reference.seconds.map(|s| seconds(s.wall));
         add(
@@ -332,11 +323,19 @@ pub fn environment(findings: &Findings<'_>) -> Table {
     for (index, summary) in &findings.summaries {
         let study = &report.variants[*index];
         let runs: usize = summary.levels.iter().map(|level| level.runs).sum();
+        let seeds: Vec<String> = summary
+            .levels
+            .iter()
+            .map(|level| level.runs.to_string())
+            .collect();
+        let were = |count: usize| if count == 1 { "was" } else { "were" };
         add(
             &summary.name,
             format!(
-                "{runs} renders, of which {} were repeated because another process used a processor, and {} remained disturbed; {} processors busy on average; structure built in {}",
+                "{runs} renders ({} from the shortest to the longest), of which {} {} repeated because another process used a processor, and {} remained disturbed; {} processors busy on average; structure built in {}",
+                seeds.join(", "),
                 study.repeated,
+                were(study.repeated),
                 study.disturbed,
                 rough(summary.processors),
                 seconds(study.build)

@@ -79,6 +79,17 @@ pub fn seconds_ranged(range: &Ranged) -> String {
     }
 }
 
+/// Formats the interval of a time in the unit of the time, such as `115 to 129 s`.
+pub fn seconds_interval(range: &Ranged) -> String {
+    let (one, unit) = unit_of(range.value);
+    let [low, high] = [range.low, range.high].map(|end| match end {
+        end if end.is_nan() => "-".to_owned(),
+        end if end.is_infinite() => "∞".to_owned(),
+        end => number(end / one),
+    });
+    format!("{low} to {high} {unit}")
+}
+
 /// Formats an answer: `≈` marks times by the law.
 pub fn answer(answer: &Answer) -> String {
     match answer {
@@ -110,8 +121,11 @@ pub fn probability(p: f64) -> String {
     }
 }
 
-/// Formats a signed share with its margin, in percent.
+/// Formats a signed share with its margin, in percent; without a margin if that is NaN.
 pub fn signed_percent(x: f64, margin: f64) -> String {
+    if margin.is_nan() {
+        return format!("{:+.0} %", 100.0 * x).replace('-', "−");
+    }
     // A margin of 0 gives the maximum of two decimals.
     let decimals = (1.0 - (100.0 * margin).log10().floor()).clamp(0.0, 2.0) as usize;
     let text = format!(
@@ -147,6 +161,17 @@ mod tests {
             (f64::NAN, "-"),
         ] {
             assert_eq!(seconds(time), text);
+        }
+    }
+
+    #[test]
+    fn both_ends_of_an_interval_have_the_unit_of_the_time() {
+        for ([value, low, high], text) in [
+            ([122.0, 115.0, 129.0], "1.92 to 2.15 min"),
+            ([119.0, 115.0, 129.0], "115 to 129 s"),
+            ([0.9, 0.8, f64::INFINITY], "800 to ∞ ms"),
+        ] {
+            assert_eq!(seconds_interval(&Ranged { value, low, high }), text);
         }
     }
 
@@ -189,5 +214,6 @@ mod tests {
         assert_eq!(probability(1e-9), "< 10⁻⁶");
         assert_eq!(probability(0.04321), "0.043");
         assert_eq!(signed_percent(-0.1234, 0.0042), "−12.34 ± 0.42 %");
+        assert_eq!(signed_percent(-0.1234, f64::NAN), "−12 %");
     }
 }

@@ -4,8 +4,8 @@
 //! Range: URIs of files are relative to the glTF file; other schemes than `data:` are errors.
 //! Source: glTF 2.0, chapter 3.6; RFC 2397 and RFC 3986. Tested in `tests/loading/gltf_bad.rs`.
 
-use super::super::read_bytes;
 use super::super::wording::shown;
+use super::super::{beside, read_bytes};
 use super::container::Container;
 use crate::error::{Error, Result};
 use base64::Engine;
@@ -142,8 +142,7 @@ fn read_uri(path: &Path, uri: &str) -> Result<Cow<'static, [u8]>> {
     }
     let name = percent_decode_str(uri).decode_utf8();
     let name = name.map_err(|_| Error::scene("expected the path of a file in UTF-8"))?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    read_bytes(&folder.join(name.as_ref())).map(Cow::Owned)
+    read_bytes(&beside(path, &name)).map(Cow::Owned)
 }
 
 /// Decodes what follows `data:`.

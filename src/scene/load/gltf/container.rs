@@ -5,6 +5,7 @@
 //! Source: glTF 2.0, chapters 3.12 and 4. Tested in `tests/loading/gltf_bad.rs`.
 
 use super::super::wording::shown;
+use super::animations::without_animations;
 use crate::error::{Error, Result};
 use gltf::Document;
 use gltf::json::validation::Validate;
@@ -64,6 +65,8 @@ pub struct Container<'a> {
     pub bin: Option<&'a [u8]>,
     /// The extensions that the file uses and that are not read.
     pub not_read: Vec<String>,
+    /// Whether the file has animations that could not be read; the document is without them.
+    pub has_odd_animations: bool,
 }
 
 impl<'a> Container<'a> {
@@ -104,12 +107,23 @@ impl<'a> Container<'a> {
         }
         let is_missed = |name: &String| !is_read(&name);
         let not_read = head.extensions_used.into_iter().filter(is_missed);
-        let root: Root = deserialize::from_slice(chunks.json).map_err(not_json)?;
-        check(&root)?;
+        let read = |json: &[u8]| {
+            let root: Root = deserialize::from_slice(json).map_err(not_json)?;
+            check(&root).map(|()| root)
+        };
+        let (root, has_odd_animations) = match read(chunks.json) {
+            Ok(root) => (root, false),
+            // Only if the animations are at fault, the rest can be read.
+            Err(error) => match without_animations(chunks.json)? {
+                Some(rest) => (read(&rest)?, true),
+                None => return Err(error),
+            },
+        };
         Ok(Self {
             document: Document::from_json_without_validation(root),
             bin: chunks.bin,
             not_read: not_read.collect(),
+            has_odd_animations,
         })
     }
 }

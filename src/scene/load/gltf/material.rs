@@ -3,13 +3,14 @@
 //! Measure: linear Rec. 709. The radiance of an emissive surface is `emissiveFactor` times `emissiveStrength`, in
 //! W m^-2 sr^-1, as Blender reads it.
 //! Range: factors outside of [0, 1] are clamped. Both sides scatter; one side emits unless `doubleSided` is set.
-//! Transmission refracts, as in Blender. All textures of a material have the same texture coordinates; one with others
-//! is replaced by its mean.
+//! Transmission refracts, as in Blender, but by thin sheets (`thin.rs`). All textures of a material have the same texture
+//! coordinates; one with others is replaced by its mean.
 //! Source: glTF 2.0, chapter 3.9 and appendix B, and the extensions KHR_materials_*. Tested in
 //! `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
 use super::texture::{Channels, Images, TextureReference};
+use super::thin::sheet;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
@@ -102,6 +103,8 @@ pub struct MaterialReader<'a> {
     pub images: &'a mut Images,
     pub material: &'a Material<'a>,
     pub textures: &'a Textures,
+    /// Whether what the material transmits passes through a sheet.
+    pub is_thin: bool,
     pub notes: &'a mut Vec<Note>,
 }
 
@@ -125,7 +128,12 @@ impl MaterialReader<'_> {
                 reflectance: Rgb::BLACK.into(),
             }
         } else {
-            self.principled(base_color.clone())?
+            let model = self.principled(base_color.clone())?;
+            if self.is_thin {
+                self.thin(model)
+            } else {
+                model
+            }
         };
         let mut material = MaterialDescription {
             metallic_roughness_map: if unlit {
@@ -169,6 +177,19 @@ impl MaterialReader<'_> {
             ior: if ior.is_finite() { ior.max(1.0) } else { 1.0 },
             transmission: self.transmission()?,
         })
+    }
+
+    /// Returns the model of a sheet, or with a note that of solid glass.
+    fn thin(&mut self, model: MaterialModel) -> MaterialModel {
+        let is_mapped = self.textures.metallic_roughness.is_some();
+        if let Some(sheet) = sheet(&model).filter(|_| !is_mapped) {
+            return sheet;
+        }
+        self.note(
+            NoteKind::Approximation,
+            "transmits without a volume, which means a thin sheet: drawn as the surface of solid glass",
+        );
+        model
     }
 
     fn transmission(&mut self) -> Result<f32> {
@@ -281,7 +302,14 @@ impl MaterialReader<'_> {
             }
             return Ok(None);
         };
-        if reference.uv_set == self.textures.uv_set() || texture.constant().is_some() {
+        let is_constant = texture.constant().is_some();
+        if reference.uv_set == self.textures.uv_set() || is_constant {
+            if reference.is_nearest && !is_constant {
+                self.note(
+                    NoteKind::Approximation,
+                    "has a texture whose sampler asks for the nearest texel: lookups are bilinear",
+                );
+            }
             return Ok(Some(ColourDescription::Texture(Arc::new(texture))));
         }
         self.note(

@@ -9,9 +9,10 @@
 //! extension that is not read. An error names the place in the JSON. Memory is bounded by the size of the file and of those
 //! that it refers to.
 //! Source: glTF 2.0; the JSON through the crate gltf. docs/scene-formats.md lists what is read. Tested in
-//! `tests/loading/gltf.rs` and `tests/loading/gltf_bad.rs`.
+//! `tests/loading/gltf.rs`, `tests/loading/gltf_odd.rs` and `tests/loading/gltf_bad.rs`.
 
 mod accessor;
+mod animations;
 mod buffers;
 mod camera;
 mod container;
@@ -21,6 +22,7 @@ mod mesh;
 mod nodes;
 mod primitives;
 mod texture;
+mod thin;
 
 use super::colour::most;
 use super::contents::Contents;
@@ -52,6 +54,10 @@ pub fn load(path: &Path, camera: Option<&str>) -> Result<SceneDescription> {
     let mut contents = Contents::default();
     for extension in std::mem::take(&mut container.not_read) {
         let text = format!("the extension {} is not read", shown(&extension));
+        contents.note(of_file(path, NoteKind::Omission, text));
+    }
+    if container.has_odd_animations {
+        let text = "animations that could not be read were left out";
         contents.note(of_file(path, NoteKind::Omission, text));
     }
     let asset = Asset::read(path, container)?;

@@ -12,6 +12,7 @@ use super::buffers::Asset;
 use super::material::{MaterialReader, Surface, Textures, VertexColour};
 use super::mesh::{Meshes, PrimitiveMesh, VertexColours};
 use super::texture::Images;
+use super::thin::{has_border, is_thin, memory_for};
 use super::{of_file, whole};
 use crate::error::Result;
 use crate::math::rgb::Rgb;
@@ -22,11 +23,21 @@ use gltf::Mesh;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// A material of the file, or the default one, with a colour of vertices.
-type Key = (Option<usize>, [u32; 4]);
+/// A material of the file, or the default one, with a colour of vertices, and whether it is that of a sheet.
+type Key = (Option<usize>, [u32; 4], bool);
 
 /// A material of the scene, and what shapes with it emit.
 type Known = (usize, Option<ColourDescription>, bool);
+
+/// A primitive with triangles: its place in the JSON, its material, the material's textures and its mesh.
+type Part<'a> = (String, gltf::Material<'a>, Textures, PrimitiveMesh);
+
+/// A material with its textures, and whether it is that of a sheet.
+struct Look<'a> {
+    material: &'a gltf::Material<'a>,
+    textures: &'a Textures,
+    is_thin: bool,
+}
 
 /// Reads primitives.
 pub struct Primitives<'a> {
@@ -34,6 +45,8 @@ pub struct Primitives<'a> {
     meshes: Meshes,
     images: Images,
     known: HashMap<Key, Known>,
+    /// Whether the meshes at these addresses, which stay in `meshes`, have a border together.
+    borders: HashMap<Vec<*const MeshDescription>, bool>,
 }
 
 /// The name of a mesh.
@@ -51,6 +64,7 @@ impl<'a> Primitives<'a> {
             meshes: Meshes::new(asset),
             images: Images::default(),
             known: HashMap::new(),
+            borders: HashMap::new(),
         }
     }
 
@@ -61,23 +75,34 @@ impl<'a> Primitives<'a> {
     pub fn add(&mut self, mesh: &Mesh<'_>, contents: &mut Contents) -> Result<()> {
         let name = name(mesh);
         let mut left_out = 0;
+        let mut parts = vec![];
         for primitive in mesh.primitives() {
             let field = format!("meshes[{}].primitives[{}]", mesh.index(), primitive.index());
             let material = primitive.material();
             let textures = Textures::of(&material);
             let uv_set = textures.uv_set();
             let read = self.meshes.read(self.asset, &primitive, uv_set, &field)?;
-            let Some(read) = read.filter(|read| !read.mesh.indices.is_empty()) else {
-                left_out += 1;
-                continue;
-            };
+            match read.filter(|read| !read.mesh.indices.is_empty()) {
+                Some(read) => parts.push((field, material, textures, read)),
+                None => left_out += 1,
+            }
+        }
+        // The parts of a solid that differ in their material are closed only together.
+        let may_be_thin = parts.iter().any(|(_, material, ..)| is_thin(material));
+        let is_open = may_be_thin && self.has_border(&parts)?;
+        for (field, material, textures, read) in parts {
             if read.mesh.uvs.is_empty() && !textures.is_empty() {
                 let text =
                     format!("{name} has no texture coordinates: its textures are not placed");
                 contents.note(of_file(self.asset.path, NoteKind::Approximation, text));
             }
+            let look = Look {
+                material: &material,
+                textures: &textures,
+                is_thin: is_open && is_thin(&material),
+            };
             let (mesh, (material, emission, two_sided_emission)) =
-                self.surface(&material, &textures, &read, &field, contents)?;
+                self.surface(&look, &read, &field, contents)?;
             contents.shapes.push(ShapeDescription {
                 material,
                 emission,
@@ -96,11 +121,27 @@ impl<'a> Primitives<'a> {
         Ok(())
     }
 
+    /// Whether the parts of a mesh have a border together.
+    fn has_border(&mut self, parts: &[Part<'_>]) -> Result<bool> {
+        let meshes: Vec<_> = parts.iter().map(|part| Arc::clone(&part.3.mesh)).collect();
+        let key = meshes.iter().map(Arc::as_ptr).collect();
+        if let Some(&known) = self.borders.get(&key) {
+            return Ok(known);
+        }
+        // Many meshes may share their parts: what they take bounds the time of comparing them, too.
+        let bytes = memory_for(&meshes);
+        if let Some((field, ..)) = parts.first() {
+            self.meshes.take(self.asset, field, bytes)?;
+        }
+        let found = has_border(&meshes);
+        self.borders.insert(key, found);
+        Ok(found)
+    }
+
     /// Returns the mesh and the material of a primitive.
     fn surface(
         &mut self,
-        material: &gltf::Material<'_>,
-        textures: &Textures,
+        look: &Look<'_>,
         read: &PrimitiveMesh,
         field: &str,
         contents: &mut Contents,
@@ -108,14 +149,8 @@ impl<'a> Primitives<'a> {
         let (factor, alpha) = match &read.colours {
             VertexColours::Same(colour, alpha) => (*colour, *alpha),
             VertexColours::Varying(colours, mean, alpha) => {
-                if textures.is_empty() {
-                    return self.coloured(
-                        material,
-                        textures,
-                        (read, colours, *alpha),
-                        field,
-                        contents,
-                    );
+                if look.textures.is_empty() {
+                    return self.coloured(look, (read, colours, *alpha), field, contents);
                 }
                 let text =
                     format!("{field}: colours of vertices multiply a texture: their mean is used");
@@ -124,7 +159,8 @@ impl<'a> Primitives<'a> {
             }
         };
         let [r, g, b] = factor.to_array();
-        let key = (material.index(), [r, g, b, alpha].map(f32::to_bits));
+        let channels = [r, g, b, alpha].map(f32::to_bits);
+        let key = (look.material.index(), channels, look.is_thin);
         if let Some(known) = self.known.get(&key) {
             return Ok((Arc::clone(&read.mesh), known.clone()));
         }
@@ -133,7 +169,7 @@ impl<'a> Primitives<'a> {
             alpha,
             texture: None,
         };
-        let surface = self.read(material, textures, &vertices, contents)?;
+        let surface = self.read(look, &vertices, contents)?;
         let known = added(surface, contents);
         self.known.insert(key, known.clone());
         Ok((Arc::clone(&read.mesh), known))
@@ -142,13 +178,12 @@ impl<'a> Primitives<'a> {
     /// Returns a mesh and a material with a texture of the vertices' colours.
     fn coloured(
         &mut self,
-        material: &gltf::Material<'_>,
-        textures: &Textures,
+        look: &Look<'_>,
         (read, colours, alpha): (&PrimitiveMesh, &[Rgb], f32),
         field: &str,
         contents: &mut Contents,
     ) -> Result<(Arc<MeshDescription>, Known)> {
-        let [r, g, b, _] = material.pbr_metallic_roughness().base_color_factor();
+        let [r, g, b, _] = look.material.pbr_metallic_roughness().base_color_factor();
         let factor = Rgb::new(r, g, b).map(|x| x.clamp(0.0, 1.0));
         let colours: Vec<Rgb> = colours.iter().map(|&colour| factor * colour).collect();
         self.meshes.take(
@@ -163,14 +198,13 @@ impl<'a> Primitives<'a> {
             alpha,
             texture: Some(texture),
         };
-        let surface = self.read(material, textures, &vertices, contents)?;
+        let surface = self.read(look, &vertices, contents)?;
         Ok((Arc::new(mesh), added(surface, contents)))
     }
 
     fn read(
         &mut self,
-        material: &gltf::Material<'_>,
-        textures: &Textures,
+        look: &Look<'_>,
         vertices: &VertexColour,
         contents: &mut Contents,
     ) -> Result<Surface> {
@@ -178,8 +212,9 @@ impl<'a> Primitives<'a> {
         let mut reader = MaterialReader {
             asset: self.asset,
             images: &mut self.images,
-            material,
-            textures,
+            material: look.material,
+            textures: look.textures,
+            is_thin: look.is_thin,
             notes: &mut notes,
         };
         let surface = reader.surface(vertices)?;

@@ -1,7 +1,7 @@
 //! Textures of glTF: the images, each read once for what it is used for, and where they lie on a surface.
 //!
 //! Measure: linear Rec. 709 of sRGB images, or linear data.
-//! Range: PNG, JPEG and the other formats that are read as images; filters of samplers are ignored: lookups are bilinear.
+//! Range: PNG, JPEG and the other formats that are read as images; lookups are bilinear, whatever filter a sampler has.
 //! Source: glTF 2.0, chapter 3.8, and KHR_texture_transform. Tested in `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
@@ -11,7 +11,7 @@ use crate::geometry::uv_map::{UvMap, Wrap};
 use crate::image::{ColourSpace, Image};
 use crate::math::rgb::Rgb;
 use gltf::json::Value;
-use gltf::texture::WrappingMode;
+use gltf::texture::{MagFilter, WrappingMode};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::sync::Arc;
@@ -35,6 +35,8 @@ pub struct TextureReference {
     /// The texture coordinates.
     pub uv_set: u32,
     uv_map: UvMap,
+    /// Whether its sampler asks for the nearest texel where texels are large.
+    pub is_nearest: bool,
     /// The place of the texture in the JSON.
     field: String,
 }
@@ -84,6 +86,7 @@ impl TextureReference {
             image: texture.source().map(|image| image.index()),
             uv_set: set,
             uv_map,
+            is_nearest: sampler.mag_filter() == Some(MagFilter::Nearest),
             field: format!("textures[{}]", texture.index()),
         }
     }

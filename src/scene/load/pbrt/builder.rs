@@ -85,7 +85,7 @@ impl Builder {
         let settings = self.settings.take().ok_or_else(|| {
             Error::scene("expected WorldBegin, found the end of the file").in_file(path)
         })?;
-        if let Some(image) = panorama(&self.panoramas) {
+        if let Some(image) = panorama(&self.panoramas)? {
             let image = Arc::new(image);
             let texture = Texture::Image { image, scale: 1.0 };
             let radiance = ColourDescription::Texture(Arc::new(texture));

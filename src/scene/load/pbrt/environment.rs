@@ -1,24 +1,28 @@
 //! Images at infinity: pbrt's equal-area octahedral maps, resampled to one panorama.
 //!
 //! Measure: radiance. A texel of the map covers the same solid angle as any other; rows of the panorama go down from +y.
-//! Range: square maps; panoramas of at most 8192 x 4096 pixels. Each pixel of the panorama is the mean of sixteen
-//! lookups, bilinear in the map, so that its radiance is that of the map up to the resolution.
+//! Range: square maps; panoramas of at most 8192 x 4096 pixels, for which memory is checked. Each pixel of the panorama is
+//! the mean of lookups, bilinear in the map, that are no further apart than its texels: of four, as a pixel has at most 0.8
+//! times the solid angle of a texel, unless the map is larger than the largest panorama.
 //! Source: Clarberg 2008, "Fast Equal-Area Mapping of the (Hemi)Sphere using SIMD". Tested below and in
 //! `tests/loading/pbrt/`.
 
+use crate::error::Result;
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_invertible;
 use crate::math::vec::{DMat3, DVec2, DVec3};
+use crate::memory;
 use crate::planted::planted;
+use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 
 /// Greatest height of a panorama, in pixels; it is twice as wide.
 const MOST_ROWS: u32 = 4096;
 
-/// Lookups along each axis of a pixel.
-const LOOKUPS: u32 = 4;
+/// Least number of lookups along each axis of a pixel.
+const LEAST_LOOKUPS: u32 = 2;
 
 /// An octahedral map, and where it is in the world.
 #[derive(Debug)]
@@ -65,32 +69,49 @@ impl Panorama {
     }
 }
 
-/// The sum of the maps as a panorama of the world; `None` without any.
-pub fn panorama(maps: &[Panorama]) -> Option<Image> {
-    let height = maps.iter().map(Panorama::rows).max()?;
+/// The sum of the maps as a panorama of the world; `None` without any. It does not depend on the number of threads.
+///
+/// # Errors
+/// If there is no memory for it.
+pub fn panorama(maps: &[Panorama]) -> Result<Option<Image>> {
+    let Some(height) = maps.iter().map(Panorama::rows).max() else {
+        return Ok(None);
+    };
+    let side = maps.iter().map(|it| it.map.height()).max().unwrap_or(0);
+    let lookups = side.div_ceil(height).max(LEAST_LOOKUPS);
     let width = 2 * height;
-    let mut pixels = Vec::with_capacity(width as usize * height as usize);
-    for y in 0..height {
-        for x in 0..width {
-            let mut sum = Rgb::BLACK;
-            for sub in 0..LOOKUPS * LOOKUPS {
-                let offset = |index: u32| (f64::from(index) + 0.5) / f64::from(LOOKUPS);
-                let u = (f64::from(x) + offset(sub % LOOKUPS)) / f64::from(width);
-                let v = (f64::from(y) + offset(sub / LOOKUPS)) / f64::from(height);
-                let (azimuth, theta) = (TAU * (u - 0.5), PI * v);
-                let towards = DVec3::new(
-                    theta.sin() * azimuth.sin(),
-                    theta.cos(),
-                    -theta.sin() * azimuth.cos(),
-                );
-                for map in maps {
-                    sum += map.radiance(towards);
+    let count = width as usize * height as usize;
+    memory::check((count * size_of::<Rgb>()) as u64, || {
+        format!("a panorama of {width} x {height} pixels")
+    })?;
+    // The sine and the cosine at the centre of each part of an axis that has this many parts in all.
+    let directions = |parts: u32, angle: fn(f64) -> f64| -> Vec<(f64, f64)> {
+        let part = |index| angle((f64::from(index) + 0.5) / f64::from(parts)).sin_cos();
+        (0..parts).map(part).collect()
+    };
+    let azimuths = directions(lookups * width, |u| TAU * (u - 0.5));
+    let thetas = directions(lookups * height, |v| PI * v);
+    let share = 1.0 / (lookups * lookups) as f32;
+    let lookups = lookups as usize;
+    let mut pixels = vec![Rgb::BLACK; count];
+    pixels
+        .par_chunks_exact_mut(width as usize)
+        .zip(thetas.par_chunks_exact(lookups))
+        .for_each(|(row, thetas)| {
+            for (pixel, azimuths) in row.iter_mut().zip(azimuths.chunks_exact(lookups)) {
+                let mut sum = Rgb::BLACK;
+                for (sin_theta, cos_theta) in thetas {
+                    for (sin, cos) in azimuths {
+                        let towards = DVec3::new(sin_theta * sin, *cos_theta, -sin_theta * cos);
+                        for map in maps {
+                            sum += map.radiance(towards);
+                        }
+                    }
                 }
+                *pixel = share * sum;
             }
-            pixels.push(sum / (LOOKUPS * LOOKUPS) as f32);
-        }
-    }
-    Some(Image::new(width, height, pixels))
+        });
+    Ok(Some(Image::new(width, height, pixels)))
 }
 
 /// The illuminance of a surface that faces +z, by the map's luminance.
@@ -222,7 +243,7 @@ mod tests {
         // pbrt's z becomes our y, and handedness stays.
         let to_world = DMat3::from_rotation_x(-FRAC_PI_2);
         let placed = Panorama::new(map, 2.0, to_world, None).expect("finite");
-        let image = panorama(&[placed]).expect("one");
+        let image = panorama(&[placed]).expect("there is memory").expect("one");
         let (width, height) = (image.width(), image.height());
         assert_eq!((width, height), (128, 64));
         for (x, y) in [(10, 10), (64, 32), (100, 50), (3, 60), (127, 1)] {
@@ -241,6 +262,42 @@ mod tests {
                 "({x}, {y}): {found} {expected}"
             );
         }
+    }
+
+    #[test]
+    fn panorama_of_noise_keeps_its_irradiance_on_any_number_of_threads() {
+        let side = 64;
+        // Texels without any likeness to their neighbours, in [0, 2).
+        let pixel = |index: u32| {
+            let index = u64::from(index);
+            Rgb::grey(((index * 7919 + 13) * index % 1009) as f32 / 504.5)
+        };
+        let map = Image::new(side, side, (0..side * side).map(pixel).collect());
+        let expected = map.mean()[0];
+        let place = || {
+            let placed = Panorama::new(Arc::new(map.clone()), 1.0, DMat3::IDENTITY, None);
+            [placed.expect("finite")]
+        };
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let work = || panorama(&place()).expect("there is memory").expect("one");
+            pool.expect("a few threads").install(work)
+        };
+        let image = on(1);
+        assert_eq!(on(3), image);
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for y in 0..image.height() {
+            let weight = (PI * (f64::from(y) + 0.5) / f64::from(image.height())).sin();
+            for x in 0..image.width() {
+                sum += weight * f64::from(image.get(x, y).to_array()[0]);
+                weights += weight;
+            }
+        }
+        let found = sum / weights;
+        assert!(
+            (found - expected).abs() < 0.01 * expected,
+            "{found} {expected}"
+        );
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod entities;
 mod environment;
 mod files;
 mod gamut;
+mod images;
 mod library;
 mod light;
 mod material;

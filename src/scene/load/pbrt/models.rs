@@ -16,6 +16,10 @@ use crate::scene::load::spectrum::{Named, named};
 /// The alpha below which pbrt takes a surface as smooth.
 const SMOOTH: f64 = 1e-3;
 
+/// The least real part of a metal's index: pbrt allows 0, which ours divides by. At normal incidence, a metal of this one
+/// reflects all light but at most 0.04 %, one of 0 all.
+const LEAST_INDEX: f32 = 1e-4;
+
 impl Library {
     pub fn coated_diffuse(
         &mut self,
@@ -104,11 +108,11 @@ impl Library {
         let k = self
             .index(params, &k_name)?
             .unwrap_or_else(|| copper("metal-Cu-k"));
-        if eta.to_array().iter().any(|x| *x <= 0.0) {
-            return Err(params.error_of(&eta_name, "expected a refractive index above 0"));
+        if eta.to_array().iter().any(|x| *x < 0.0) {
+            return Err(params.error_of(&eta_name, "expected a refractive index of at least 0"));
         }
         Ok(MaterialModel::Conductor {
-            eta,
+            eta: eta.map(|x| x.max(LEAST_INDEX)),
             k,
             roughness,
             tint: Rgb::WHITE,

@@ -10,11 +10,10 @@ use super::params::Parameters;
 use super::textured::{Mapping, Textured};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
-use crate::image::{ColourSpace, Image};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec2, Vec2};
 use crate::scene::description::ColourDescription;
-use crate::scene::load::wording::{shown, unknown_name};
+use crate::scene::load::wording::unknown_name;
 use std::sync::Arc;
 
 /// The type of a texture's values.
@@ -266,74 +265,6 @@ impl Library {
             });
         }
         Ok(textured)
-    }
-
-    /// Reads the alpha channel of the image that a parameter names, which pbrt takes for its number, if the image has one and is
-    /// not opaque.
-    fn alpha_of(&mut self, params: &Parameters, name: &str) -> Result<Option<Arc<Image>>> {
-        let Some(file) = params.text(name)? else {
-            return Ok(None);
-        };
-        let path = self.path(file);
-        let alpha = self.contents.textures.read_alpha(&path, 1.0);
-        let alpha = alpha.map_err(|error| self.about(params, name, &error))?;
-        let Some(Texture::Image { image, .. }) = alpha else {
-            return Ok(None);
-        };
-        // Alpha is never encoded.
-        params.text("encoding")?;
-        Ok(Some(image))
-    }
-
-    /// Reads the image that a parameter names, encoded as `encoding` says: sRGB by default.
-    ///
-    /// # Errors
-    /// If it is left out, or cannot be read.
-    pub fn image(&mut self, params: &Parameters, name: &str) -> Result<Arc<Image>> {
-        let Some(file) = params.text(name)? else {
-            return Err(params.error(format!("expected a parameter `string {name}`")));
-        };
-        let encoding = params.text("encoding")?.unwrap_or("sRGB");
-        let gamma = encoding
-            .strip_prefix("gamma ")
-            .and_then(|gamma| gamma.trim().parse::<f32>().ok());
-        let space = match (encoding, gamma) {
-            ("sRGB", _) => ColourSpace::Srgb,
-            ("linear", _) => ColourSpace::Linear,
-            (_, Some(gamma)) if gamma > 0.0 => ColourSpace::Linear,
-            _ => {
-                let found = shown(encoding);
-                let message =
-                    format!("expected sRGB, linear or gamma and a number, found `{found}`");
-                return Err(params.error_of("encoding", message));
-            }
-        };
-        let path = self.path(file);
-        let texture = self.contents.textures.read(&path, space, 1.0);
-        let texture = texture.map_err(|error| self.about(params, name, &error))?;
-        let Texture::Image { image, .. } = texture else {
-            return Err(params.error_of(name, "expected an image"));
-        };
-        let is_below_0 = |pixel: &Rgb| pixel.to_array().iter().any(|x| *x < 0.0);
-        let image = match image.pixels().iter().any(is_below_0) {
-            false => image,
-            true => {
-                self.approximated(&params.place_of(name), "values below 0 are taken as 0");
-                let pixels = image.pixels().iter().map(|pixel| pixel.map(|x| x.max(0.0)));
-                Arc::new(Image::new(image.width(), image.height(), pixels.collect()))
-            }
-        };
-        Ok(match gamma {
-            None => image,
-            Some(gamma) => {
-                let pixels = image
-                    .pixels()
-                    .iter()
-                    .map(|pixel| pixel.map(|x| x.powf(gamma)))
-                    .collect();
-                Arc::new(Image::new(image.width(), image.height(), pixels))
-            }
-        })
     }
 
     /// Reads how texture coordinates are changed.

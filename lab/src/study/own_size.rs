@@ -1,0 +1,136 @@
+//! The time of renders at the scene's own size, of a study of a smaller image.
+//!
+//! Only a few renders of the own size fit into the time before the study, and one disturbed render among them changes the
+//! pace of its variant by half. The pace of all variants is therefore taken to change by one factor, the median of theirs,
+//! and that factor is trusted half: the pace lies in the middle between the measured one and that of as many pixels of
+//! the smaller image, on a logarithmic scale, and its interval holds both.
+//!
+//! Measure: seconds; the margin is the half width of an interval of the logarithm of the pace.
+//! Range: measured factors beyond 1/2 and 2 are those of a disturbed machine, and count as 1/2 and 2.
+//! Source: docs/accuracy.md, "The study". Tested below.
+
+use super::fit::TimeLaw;
+use serde::Serialize;
+
+/// The largest factor between the pace at the own size and that of as many pixels of a smaller image.
+const MOST: f64 = 2.0;
+
+/// The time at the scene's own size.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OwnTime {
+    /// Seconds by samples per pixel.
+    pub law: TimeLaw,
+    /// The half width of the interval of the logarithm of the pace.
+    pub margin: f64,
+}
+
+/// The times of all variants, from (samples, seconds) of renders at the own size, the laws of the smaller image, and the
+/// number of pixels over that of the smaller image.
+pub fn own_times(own: &[Vec<[f64; 2]>], small: &[TimeLaw], share: f64) -> Vec<OwnTime> {
+    let expected = |law: &TimeLaw| TimeLaw {
+        start: share * law.start,
+        sample: share * law.sample,
+    };
+    let factors = own.iter().zip(small).map(|(points, small)| {
+        let expected = expected(small);
+        let pace = TimeLaw::after(expected.start, points);
+        let factor = (pace / expected.sample).ln();
+        // Without a measured pace nothing speaks against that of the smaller image.
+        let factor = if factor.is_nan() { 0.0 } else { factor };
+        factor.clamp(-MOST.ln(), MOST.ln())
+    });
+    let mut factors: Vec<f64> = factors.collect();
+    factors.sort_by(f64::total_cmp);
+    let middle = 0.5 * median(&factors);
+    let margin = factors
+        .iter()
+        .chain(&[0.0])
+        .fold(0.0_f64, |most, factor| most.max((factor - middle).abs()));
+    let of_variant = |law: &TimeLaw| {
+        let TimeLaw { start, sample } = expected(law);
+        OwnTime {
+            law: TimeLaw {
+                start,
+                sample: sample * middle.exp(),
+            },
+            margin,
+        }
+    };
+    small.iter().map(of_variant).collect()
+}
+
+/// The median of sorted numbers; 0 without any.
+fn median(sorted: &[f64]) -> f64 {
+    match sorted.len() {
+        0 => 0.0,
+        n => 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHARE: f64 = 25.0;
+
+    fn small(sample: f64) -> TimeLaw {
+        TimeLaw {
+            start: 0.002,
+            sample,
+        }
+    }
+
+    /// Renders at the own size, whose samples take `factor` times as long as expected of a pace of 0.01.
+    fn points(factor: f64) -> Vec<[f64; 2]> {
+        let time = |n: f64| [n, 0.05 + factor * 0.25 * n];
+        [1.0, 2.0].map(time).to_vec()
+    }
+
+    /// The pace over that of as many pixels of the smaller image, and the interval of the pace.
+    fn pace(own: &OwnTime, small: &TimeLaw) -> [f64; 3] {
+        let value = own.law.sample / (SHARE * small.sample);
+        [value, value * (-own.margin).exp(), value * own.margin.exp()]
+    }
+
+    #[test]
+    fn pace_interval_holds_the_measured_and_the_expected_pace() {
+        let law = small(0.01);
+        for factor in [0.7, 1.0, 1.5] {
+            let own = own_times(&[points(factor)], &[law], SHARE);
+            let [value, low, high] = pace(&own[0], &law);
+            assert!((value - factor.sqrt()).abs() < 1e-9, "{factor}: {value}");
+            let held = |pace: f64| low <= pace * 1.0001 && pace <= high * 1.0001;
+            assert!(held(1.0) && held(factor), "{factor}: {low} {high}");
+            assert!((own[0].law.start - SHARE * law.start).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn variants_share_the_factor_of_the_own_size() {
+        let laws = [small(0.01); 3];
+        let own = own_times(&[points(1.2), points(1.2), points(1.6)], &laws, SHARE);
+        let paces: Vec<[f64; 3]> = own.iter().map(|own| pace(own, &laws[0])).collect();
+        // What one variant alone took longer does not change the comparison with the others.
+        assert_eq!(paces[0], paces[2]);
+        let [value, low, high] = paces[0];
+        assert!((value - 1.2_f64.sqrt()).abs() < 1e-9, "{value}");
+        assert!(low < 1.0 && (high - 1.6).abs() < 1e-6, "{low} {high}");
+    }
+
+    #[test]
+    fn disturbed_renders_change_the_pace_by_a_bounded_factor() {
+        let law = small(0.01);
+        // The first of them took longer than the second, or the second much longer than both samples.
+        for points in [vec![[1.0, 0.9], [2.0, 0.8]], vec![[1.0, 0.3], [2.0, 9.0]]] {
+            let own = own_times(&[points], &[law], SHARE);
+            let [value, low, high] = pace(&own[0], &law);
+            assert!((0.7..1.42).contains(&value), "{value}");
+            assert!(low < 1.0001 && high > 0.9999, "{low} {high}");
+        }
+        // A single render, and none.
+        for points in [vec![[1.0, 0.3]], vec![]] {
+            let own = own_times(&[points], &[law], SHARE);
+            assert!((pace(&own[0], &law)[0] - 1.0).abs() < 1e-9, "{own:?}");
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! The image files that a pbrt file names: which of their channels count, and how these are encoded.
+//!
+//! Measure: linear Rec. 709, at least 0.
+//! Range: the extension of a file decides, as in pbrt. The parameter `encoding` and the alpha channel count for PNG only;
+//! EXR, HDR and PFM are linear, and others, such as JPEG, TGA and BMP, are sRGB.
+//! Source: pbrt-v4's file format. Tested in `tests/loading/pictures.rs`.
+
+use super::library::Library;
+use super::params::Parameters;
+use crate::error::Result;
+use crate::geometry::texture::Texture;
+use crate::image::{ColourSpace, Image};
+use crate::math::rgb::Rgb;
+use crate::scene::load::wording::shown;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The formats that pbrt distinguishes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Png,
+    Floats,
+    OtherCodes,
+}
+
+impl Format {
+    /// The format of a file of this name.
+    fn of(path: &Path) -> Self {
+        let extension = path.extension().unwrap_or_default();
+        match &*extension.to_string_lossy().to_lowercase() {
+            "png" => Self::Png,
+            "exr" | "hdr" | "pfm" => Self::Floats,
+            _ => Self::OtherCodes,
+        }
+    }
+}
+
+/// The parameter `encoding`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Encoding {
+    Space(ColourSpace),
+    Gamma(f32),
+}
+
+impl Library {
+    /// Reads the alpha channel of the image that a parameter names, which pbrt takes for its number, if the image has one that
+    /// counts and is not opaque.
+    ///
+    /// # Errors
+    /// If the image cannot be read.
+    pub fn alpha_of(&mut self, params: &Parameters, name: &str) -> Result<Option<Arc<Image>>> {
+        let Some(file) = params.text(name)? else {
+            return Ok(None);
+        };
+        let path = self.path(file);
+        if Format::of(&path) != Format::Png {
+            return Ok(None);
+        }
+        let alpha = self.contents.textures.read_alpha(&path, 1.0);
+        let alpha = alpha.map_err(|error| self.about(params, name, &error))?;
+        let Some(Texture::Image { image, .. }) = alpha else {
+            return Ok(None);
+        };
+        // Alpha is never encoded.
+        params.text("encoding")?;
+        Ok(Some(image))
+    }
+
+    /// Reads the image that a parameter names, encoded as `encoding` says where that counts: sRGB by default.
+    ///
+    /// # Errors
+    /// If it is left out, or cannot be read.
+    pub fn image(&mut self, params: &Parameters, name: &str) -> Result<Arc<Image>> {
+        let Some(file) = params.text(name)? else {
+            return Err(params.error(format!("expected a parameter `string {name}`")));
+        };
+        let path = self.path(file);
+        let stated = encoding(params)?;
+        let (space, gamma) = match (Format::of(&path), stated) {
+            (Format::Png, Encoding::Space(space)) => (space, None),
+            (Format::Png, Encoding::Gamma(gamma)) => (ColourSpace::Linear, Some(gamma)),
+            (Format::Floats, _) => (ColourSpace::Linear, None),
+            (Format::OtherCodes, _) => (ColourSpace::Srgb, None),
+        };
+        let texture = self.contents.textures.read(&path, space, 1.0);
+        let texture = texture.map_err(|error| self.about(params, name, &error))?;
+        let Texture::Image { image, .. } = texture else {
+            return Err(params.error_of(name, "expected an image"));
+        };
+        let is_below_0 = |pixel: &Rgb| pixel.to_array().iter().any(|x| *x < 0.0);
+        let image = match image.pixels().iter().any(is_below_0) {
+            false => image,
+            true => {
+                self.approximated(&params.place_of(name), "values below 0 are taken as 0");
+                with_values(&image, |x| x.max(0.0))
+            }
+        };
+        Ok(match gamma {
+            None => image,
+            Some(gamma) => with_values(&image, |x| x.powf(gamma)),
+        })
+    }
+}
+
+/// The image with each of its values changed.
+fn with_values(image: &Image, f: impl Fn(f32) -> f32) -> Arc<Image> {
+    let pixels = image.pixels().iter().map(|pixel| pixel.map(&f)).collect();
+    Arc::new(Image::new(image.width(), image.height(), pixels))
+}
+
+fn encoding(params: &Parameters) -> Result<Encoding> {
+    let stated = params.text("encoding")?.unwrap_or("sRGB");
+    let gamma = stated
+        .strip_prefix("gamma ")
+        .and_then(|gamma| gamma.trim().parse::<f32>().ok());
+    match (stated, gamma) {
+        ("sRGB", _) => Ok(Encoding::Space(ColourSpace::Srgb)),
+        ("linear", _) => Ok(Encoding::Space(ColourSpace::Linear)),
+        (_, Some(gamma)) if gamma > 0.0 => Ok(Encoding::Gamma(gamma)),
+        _ => {
+            let found = shown(stated);
+            let message = format!("expected sRGB, linear or gamma and a number, found `{found}`");
+            Err(params.error_of("encoding", message))
+        }
+    }
+}

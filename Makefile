@@ -70,7 +70,8 @@ install: setup ## Builds the command and the C library and installs them under P
 
 # Needs `cargo install cbindgen`. C has no heading for what Rust calls safety: it is about pointers.
 header: ## Makes the C library's header anew, capi/include/etendue.h.
-	cd capi && cbindgen --quiet --config cbindgen.toml . | sed 's|^// # Safety$$|// Pointers:|' > include/etendue.h.new
+	cd capi && cbindgen --quiet --config cbindgen.toml --output include/etendue.h.new .
+	sed -i 's|^// # Safety$$|// Pointers:|' capi/include/etendue.h.new
 	mv capi/include/etendue.h.new capi/include/etendue.h
 
 # Every run has other random numbers; its report says which.

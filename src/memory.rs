@@ -7,7 +7,7 @@
 //! Range: small allocations are never refused. Linux reports the memory left on the machine, not in a container;
 //! elsewhere only what the allocator refuses is refused. Memory that other processes take between the check and the
 //! allocation is not accounted for.
-//! Source: proc(5). Tested below, in `tests/scene_memory.rs` and by `tests/clients/limits.c`.
+//! Source: proc(5). Tested below, in `tests/scene_memory.rs` and `tests/film_memory.rs`, and by `tests/clients/limits.c`.
 
 use crate::error::{Error, ErrorKind, Result};
 

@@ -413,7 +413,8 @@ typedef struct {
   // Passed to each function.
   void *user;
   // Called often, from any of the render's threads and from several at once. A result other than 0 ends the render as
-  // soon as possible; the samples so far are kept. `progress` is valid only during the call.
+  // soon as possible; the samples so far are kept. `progress` is valid only during the call. While "irradiance-cache"
+  // fills its cache, before the first sample, there are 0 samples.
   int32_t (*progress)(void *user, const EtdProgress *progress);
   // Called after each pass over the image, from one of the render's threads while the others wait.
   void (*picture)(void *user, const EtdPicture *picture);
@@ -646,8 +647,8 @@ EtdStatus etd_scene_occluded(const EtdScene *scene,
 
 // Estimates the incident radiance at the origin of each of `count` rays with `spp` samples, on the scene's threads:
 // red, green and blue for each ray, without a gap. If `standard_errors` is not null, their standard errors are written,
-// too, and `spp` is rounded up to a multiple of 4. Limits, crop and the flag for layers in `settings`, which may be
-// null, are ignored.
+// too, and `spp` is rounded up to a multiple of 4. Limits, crop, the flag for layers, `adaptive`, `light_paths` and
+// `reuse` in `settings`, which may be null, are ignored.
 //
 // Pointers:
 // The pointers are null, or valid; three floats for each ray may be written to the last two.
@@ -708,6 +709,10 @@ EtdStatus etd_render_write(const EtdRender *render,
 // `etd_render_release`. It keeps the scene alive. `settings` may be null. The message of a failure is stored with the
 // scene.
 //
+// Small pilots, which take up to a few seconds on the scene's threads and cannot be cancelled, choose the integrator in
+// place of "auto", and for "path" what `light_paths`, `reuse` and `roulette` leave open. There are none for any other
+// integrator, nor for "path" with, say, "off", "off" and "window=1/3".
+//
 // Pointers:
 // `settings` is null, or a structure of its `struct_size`, whose pointers are null or NUL-terminated strings; `render`
 // is null, or a handle may be written there.
@@ -729,7 +734,8 @@ EtdStatus etd_render_release(EtdRender *render);
 size_t etd_render_error(const EtdRender *render, char *text, size_t capacity);
 
 // Renders until the limit in the settings is reached: samples, time or error. Returns `ETD_STATUS_CANCELLED` if it was
-// cancelled; it may then be run again, without loss of samples. `watch` may be null.
+// cancelled; it may then be run again, without loss of samples, unless it is adaptive. A render by "mlt" that finds no
+// light fails, and keeps its samples. `watch` may be null.
 //
 // Pointers:
 // `watch` is null, or a structure of its `struct_size`, with functions of these signatures.
@@ -809,7 +815,8 @@ EtdStatus etd_scene_commit(EtdScene *scene,
 
 // Sets the transforms of `count` instances: `instances` are their numbers, `transforms` 12 numbers for each, row by row
 // without a gap. On a committed scene this takes effect at once; only the top-level structure is built again, not those
-// of groups. Moving instances keep their keyframes, which are applied after the new transform.
+// of groups; an instance that was added since the commit is `ETD_STATUS_INVALID_ARGUMENT`. Moving instances keep their
+// keyframes, which are applied after the new transform.
 //
 // Pointers:
 // The pointers are null, or `count` instances and transforms may be read.

@@ -174,8 +174,8 @@ pub unsafe extern "C" fn etd_scene_occluded(
 
 /// Estimates the incident radiance at the origin of each of `count` rays with `spp` samples, on the scene's threads:
 /// red, green and blue for each ray, without a gap. If `standard_errors` is not null, their standard errors are written,
-/// too, and `spp` is rounded up to a multiple of 4. Limits, crop and the flag for layers in `settings`, which may be
-/// null, are ignored.
+/// too, and `spp` is rounded up to a multiple of 4. Limits, crop, the flag for layers, `adaptive`, `light_paths` and
+/// `reuse` in `settings`, which may be null, are ignored.
 ///
 /// # Safety
 /// The pointers are null, or valid; three floats for each ray may be written to the last two.

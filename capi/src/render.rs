@@ -169,6 +169,10 @@ fn busy() -> Failure {
 /// `etd_render_release`. It keeps the scene alive. `settings` may be null. The message of a failure is stored with the
 /// scene.
 ///
+/// Small pilots, which take up to a few seconds on the scene's threads and cannot be cancelled, choose the integrator in
+/// place of "auto", and for "path" what `light_paths`, `reuse` and `roulette` leave open. There are none for any other
+/// integrator, nor for "path" with, say, "off", "off" and "window=1/3".
+///
 /// # Safety
 /// `settings` is null, or a structure of its `struct_size`, whose pointers are null or NUL-terminated strings; `render`
 /// is null, or a handle may be written there.
@@ -230,7 +234,8 @@ pub unsafe extern "C" fn etd_render_error(
 }
 
 /// Renders until the limit in the settings is reached: samples, time or error. Returns `ETD_STATUS_CANCELLED` if it was
-/// cancelled; it may then be run again, without loss of samples. `watch` may be null.
+/// cancelled; it may then be run again, without loss of samples, unless it is adaptive. A render by "mlt" that finds no
+/// light fails, and keeps its samples. `watch` may be null.
 ///
 /// # Safety
 /// `watch` is null, or a structure of its `struct_size`, with functions of these signatures.

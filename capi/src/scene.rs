@@ -235,7 +235,8 @@ pub unsafe extern "C" fn etd_scene_commit(
 
 /// Sets the transforms of `count` instances: `instances` are their numbers, `transforms` 12 numbers for each, row by row
 /// without a gap. On a committed scene this takes effect at once; only the top-level structure is built again, not those
-/// of groups. Moving instances keep their keyframes, which are applied after the new transform.
+/// of groups; an instance that was added since the commit is `ETD_STATUS_INVALID_ARGUMENT`. Moving instances keep their
+/// keyframes, which are applied after the new transform.
 ///
 /// # Safety
 /// The pointers are null, or `count` instances and transforms may be read.

@@ -9,6 +9,7 @@ use renderer::Film;
 use renderer::{Progress, RenderObserver};
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 /// Progress of a render.
 #[repr(C)]
@@ -52,7 +53,8 @@ pub struct EtdWatch {
     /// Passed to each function.
     pub user: *mut c_void,
     /// Called often, from any of the render's threads and from several at once. A result other than 0 ends the render as
-    /// soon as possible; the samples so far are kept. `progress` is valid only during the call.
+    /// soon as possible; the samples so far are kept. `progress` is valid only during the call. While "irradiance-cache"
+    /// fills its cache, before the first sample, there are 0 samples.
     pub progress:
         Option<unsafe extern "C" fn(user: *mut c_void, progress: *const EtdProgress) -> i32>,
     /// Called after each pass over the image, from one of the render's threads while the others wait.
@@ -68,6 +70,7 @@ unsafe impl Versioned for EtdWatch {
 pub struct Watcher<'a> {
     watch: EtdWatch,
     cancelled: &'a AtomicBool,
+    start: Instant,
 }
 
 // SAFETY: callers are required to accept calls from any thread; the pointer is only passed on to them.
@@ -75,11 +78,26 @@ unsafe impl Sync for Watcher<'_> {}
 
 impl<'a> Watcher<'a> {
     pub fn new(watch: EtdWatch, cancelled: &'a AtomicBool) -> Self {
-        Self { watch, cancelled }
+        Self {
+            watch,
+            cancelled,
+            start: Instant::now(),
+        }
     }
 }
 
 impl RenderObserver for Watcher<'_> {
+    fn cache_prepass(&self, _share: f64, _records: usize) {
+        self.progress(&Progress {
+            samples: 0,
+            spp: 0,
+            elapsed: self.start.elapsed(),
+            fraction: 0.0,
+            rel_rmse: None,
+            predicted: None,
+        });
+    }
+
     fn progress(&self, progress: &Progress) {
         let Some(function) = self.watch.progress else {
             return;

@@ -18,10 +18,10 @@ use etendue::internals::render::settings::{
     Adaptive, LightPathRule, RenderSettings, ReuseRule, available_threads,
 };
 use etendue::internals::session::layers::with_film;
-use etendue::internals::state::{Merge, State, describe};
+use etendue::internals::state::{Merge, State, describe, read_header};
 use etendue::{Error, Result};
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// The printed result.
@@ -71,6 +71,10 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
             describe(&missing),
             merge.spp()
         )));
+    }
+    let has_images = arguments.out.iter().any(|path| !is_state(path));
+    if arguments.denoise.is_some() && has_images && !arguments.files.iter().any(has_layers) {
+        return Err(lacks_layers());
     }
     let state = merge.sum()?;
     let error = state.error(arguments.confidence);
@@ -136,11 +140,11 @@ fn write(
     if has_layers {
         picture.layers = with_film(state.layers.clone(), &state.film);
     } else if arguments.denoise.is_some() {
-        return Err(Error::usage(
-            "--denoise needs the layers of the first hits, which are in the file with the first sample of a render with --layers",
-        ));
+        return Err(lacks_layers());
     } else if state.header.wants_layers && !arguments.quiet {
-        say!("note: without layers: they are in the file with the first sample, which is missing");
+        say!(
+            "note: without layers: they are in the output with the first sample, which is missing; checkpoints have none"
+        );
     }
     let denoise = |filter| {
         let before = error.map(|error| error.rel_rmse);
@@ -160,8 +164,20 @@ fn write(
         .map_or(&picture.image, |it| &it.filtered.image);
     images
         .into_iter()
-        .try_for_each(|path: &std::path::PathBuf| image::write(path, image, &options))?;
+        .try_for_each(|path: &PathBuf| image::write(path, image, &options))?;
     Ok(denoised)
+}
+
+/// Whether a state file has layers, by its header.
+fn has_layers(file: &PathBuf) -> bool {
+    read_header(file).is_ok_and(|header| !header.layers.is_empty())
+}
+
+/// The error for files without the layers that a filter needs.
+fn lacks_layers() -> Error {
+    Error::usage(
+        "--denoise needs the layers of the first hits, which are in the output with the first sample of a render with --layers",
+    )
 }
 
 /// Descriptions of everything that biases the image.
@@ -261,7 +277,7 @@ fn last_line(
     error: Option<&ErrorEstimate>,
     filtered: Option<String>,
 ) -> String {
-    let name = |path: &std::path::PathBuf| Path::display(path).to_string();
+    let name = |path: &PathBuf| Path::display(path).to_string();
     let outputs: Vec<String> = arguments.out.iter().map(name).collect();
     let error = match error {
         None => "error unknown".to_owned(),

@@ -79,6 +79,7 @@ next() {
     case $code in
     0) echo "$(cat "$folder/spp") samples per pixel" >"$folder/done" ;;
     5) another_round ;;
+    6) fail "the image is written, but too many of its samples were not finite: see $folder/log-merge.txt" ;;
     *) fail "the merge failed: see $folder/log-merge.txt" ;;
     esac
 }

@@ -113,6 +113,10 @@ const CHANCE: f64 = 1.0 / 6.0;
 const OUTSHINING: f64 = 2.0;
 
 impl Film {
+    /// The memory that [`Film::error`] takes for a while, in bytes per pixel, at most: planes of each channel, and relative
+    /// variances in double precision. Images and error bars take less.
+    pub const WORKING_MEMORY: u64 = 400;
+
     /// Estimates the error of the image, with an upper bound of this confidence. `None` before every pixel has a
     /// sample in each batch, and if either half of the batches is black.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {

@@ -47,6 +47,8 @@ pub struct SampleLanes {
     pub active: ActiveLanes<LANES>,
     /// The camera rays, and the closest hits on them.
     pub packet: RayHitLanes<LANES>,
+    /// The ends of the camera rays, which their hits overwrite in the packet: infinite, but for rays of a caller.
+    ends: Lanes<f32>,
     /// The estimated radiance along the camera rays.
     radiance: Lanes3,
     /// The rays traced for the samples beside the camera rays: for the closest hit, and shadow rays.
@@ -59,6 +61,7 @@ impl Default for SampleLanes {
         Self {
             active: ActiveLanes::NONE,
             packet: RayHitLanes::default(),
+            ends: [f32::INFINITY; LANES],
             radiance: [[0.0; LANES]; 3],
             closest_rays: [0; LANES],
             shadow_rays: [0; LANES],
@@ -73,13 +76,22 @@ impl SampleLanes {
         self.packet.rays.set(lane, &camera_ray.ray);
         self.packet.rays.time[lane] = camera_ray.time;
         self.packet.set_hit(lane, found);
+        self.ends[lane] = camera_ray.ray.t_max;
     }
 
     /// The camera ray of a lane, and the hit on it.
     #[inline]
     pub fn camera_ray(&self, lane: usize) -> (CameraRay, Option<Hit>) {
         let (ray, time) = self.packet.ray(lane);
+        let t_max = self.ends[lane];
+        let ray = Ray { t_max, ..ray };
         (CameraRay { ray, time }, self.packet.hit(lane))
+    }
+
+    /// The end of the camera ray of a lane.
+    #[inline]
+    pub fn end(&self, lane: usize) -> f32 {
+        self.ends[lane]
     }
 
     /// The estimate of a lane.

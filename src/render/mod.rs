@@ -91,8 +91,8 @@ pub struct RenderInput<'a> {
 /// of the settings' own budget, and Markov chains that were interrupted begin anew.
 ///
 /// # Errors
-/// The errors of [`render`]; and an adaptive render that has begun, as its pilot has not been kept. What was rendered
-/// stays.
+/// The errors of [`render`]; and an adaptive render that has begun and is not complete, as its pilot has not been kept. What
+/// was rendered stays.
 pub fn resume(
     view: &RenderInput<'_>,
     threads: &Threads,
@@ -108,6 +108,9 @@ pub fn resume(
     budgeted.validate(view.size)?;
     check(view.scene, settings)?;
     if settings.adaptive != Adaptive::Off && rendered.film.sample_count() > 0 {
+        if is_complete(settings.adaptive, until, rendered) {
+            return Ok(());
+        }
         return Err(Error::usage(
             "an adaptive render cannot be continued: start another one with a larger budget",
         ));
@@ -121,4 +124,15 @@ pub fn resume(
         ));
     }
     Ok(())
+}
+
+/// Whether an adaptive render was not interrupted, and has the samples or the error of this budget.
+fn is_complete(adaptive: Adaptive, until: Budget, rendered: &Rendered) -> bool {
+    let has_samples = until.spp.is_some_and(|spp| rendered.spp >= spp);
+    let has_error = until.error.is_some_and(|target| match adaptive {
+        // The error of the settings is for each pixel, not for the image.
+        Adaptive::Greedy => rendered.reached,
+        Adaptive::Off | Adaptive::TwoPhase => rendered.meets(target),
+    });
+    !rendered.cancelled && (has_samples || has_error)
 }

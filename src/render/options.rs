@@ -123,7 +123,7 @@ impl RenderOptions {
         }
         if settings.adaptive != Adaptive::Off {
             return Err(Error::usage(
-                "light paths contribute to any pixel and cannot be combined with adaptive sampling: use --adaptive off, or --light-paths off",
+                "light paths contribute to any pixel and cannot be combined with adaptive sampling: use --adaptive=off, or --light-paths off",
             ));
         }
         if !matches!(
@@ -145,7 +145,7 @@ impl RenderOptions {
         }
         if settings.adaptive != Adaptive::Off {
             return Err(Error::usage(
-                "pixels that share paths take equally many samples, unlike adaptive sampling: use --adaptive off, or --reuse off",
+                "pixels that share paths take equally many samples, unlike adaptive sampling: use --adaptive=off, or --reuse off",
             ));
         }
         if settings.layers {

@@ -50,10 +50,15 @@ impl Predicted {
             pilot: planner.spp(),
             error: expected.error,
             spp: expected.spp,
-            time: elapsed.mul_f64(1.0 + still / planner.new_spp()),
+            time: times(elapsed, 1.0 + still / planner.new_spp()),
             is_rough: expected.is_rough,
         })
     }
+}
+
+/// A multiple of a duration, or the longest one if that is too long: an error may take longer than any duration.
+fn times(duration: Duration, factor: f64) -> Duration {
+    Duration::try_from_secs_f64(duration.as_secs_f64() * factor).unwrap_or(Duration::MAX)
 }
 
 /// Observes the progress of a render, from any of its threads, and can cancel it.
@@ -82,3 +87,17 @@ pub trait RenderObserver: Sync {
 pub struct Unwatched;
 
 impl RenderObserver for Unwatched {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forecast_of_an_unreachable_error_is_the_longest_duration() {
+        let second = Duration::from_secs(1);
+        assert_eq!(times(second, 1.5), Duration::from_millis(1500));
+        for factor in [1e20, f64::INFINITY, f64::NAN] {
+            assert_eq!(times(second, factor), Duration::MAX, "{factor}");
+        }
+    }
+}

@@ -11,6 +11,7 @@ use super::settings::{RenderSettings, ReuseRule};
 use crate::bsdf::types::Lobe;
 use crate::error::Result;
 use crate::film::filter::Filter;
+use crate::film::splatted::Splatted;
 use crate::film::{Film, Window};
 use crate::integrator::observer::{PathObserver, PathVertex};
 use crate::integrator::reuse::Reuse;
@@ -109,8 +110,13 @@ pub fn replay(
         height: 1,
     };
     let observe = |settings: &RenderSettings, observer: &mut dyn PathObserver| {
-        let mut film = Film::new(window, 1).with_reach(settings.reach(filter));
+        let reach = settings.reach(filter);
+        let mut film = Film::new(window, 1).with_reach(reach);
         for tile in film.tiles_mut() {
+            if reach > 0 {
+                // At the edge of a film the pixels beyond it are sources, too.
+                tile.splatted = Some(Splatted::new(tile.window, reach));
+            }
             let only = sample..sample + 1;
             observe_tile(
                 scene,

@@ -19,7 +19,7 @@ use crate::planted::planted;
 use crate::render::along_ray::{AlongRay, along_rays};
 use crate::render::check;
 use crate::render::options::RenderOptions;
-use crate::render::settings::{LightPathRule, ReuseRule};
+use crate::render::settings::{Adaptive, LightPathRule, ReuseRule};
 
 /// The alpha above which a surface is hit, and the visibility above which a ray is unoccluded.
 const HALF: f32 = 0.5;
@@ -106,7 +106,8 @@ impl Session {
 
     /// Estimates the radiance that arrives along each ray at its origin, with `spp` samples each, and with standard
     /// errors if there are at least four samples. If layers are requested, `spp` is rounded up to a multiple of four.
-    /// Each ray has its own random numbers, by its index.
+    /// Each ray has its own random numbers, by its index. Adaptive sampling, light paths and shared paths are for images, and
+    /// are left out.
     ///
     /// # Errors
     /// Rays, options or sample counts out of their range.
@@ -118,12 +119,14 @@ impl Session {
     ) -> Result<Vec<AlongRay>> {
         let options = RenderOptions {
             spp: Some(spp),
+            // Every ray has as many samples.
+            adaptive: Some(Adaptive::Off),
+            // The camera does not see where other rays begin.
+            light_paths: Some(LightPathRule::Share(LightPathShare::None)),
+            reuse: Some(ReuseRule::Pixels(Reuse::Off)),
             ..options.clone()
         };
-        let mut settings = options.settings(&self.description)?;
-        // Light paths are connected to the camera, and only its pixels share paths.
-        settings.light_paths = LightPathRule::Share(LightPathShare::None);
-        settings.reuse = ReuseRule::Pixels(Reuse::Off);
+        let settings = options.settings(&self.description)?;
         check(&self.scene, &settings)?;
         if settings.integrator.splats() {
             return Err(Error::usage(format!(

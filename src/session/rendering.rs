@@ -66,8 +66,8 @@ impl Rendering {
     /// call.
     ///
     /// # Errors
-    /// A session that has changed since the rendering began, or is another one; an adaptive render that has begun. The
-    /// samples so far are kept.
+    /// A session that has changed since the rendering began, or is another one; an adaptive render that has begun and is not
+    /// complete. The samples so far are kept.
     pub fn continue_until(
         &mut self,
         session: &Session,
@@ -171,17 +171,22 @@ impl Rendering {
     }
 }
 
-/// Checks that there is memory for the sums of all pixels.
+/// Checks that there is memory for the sums of all pixels, and for what is computed from them.
 fn check_room(settings: &RenderSettings, filter: &Filter) -> Result<()> {
+    let bytes = memory_of(settings, filter);
+    let (width, height) = (settings.window.width, settings.window.height);
+    memory::check(bytes, || format!("an image of {width} x {height} pixels"))
+}
+
+/// The memory of a render beside its scene, in bytes.
+fn memory_of(settings: &RenderSettings, filter: &Filter) -> u64 {
     let has_counts = settings.adaptive != Adaptive::Off;
     let of_pixel = usize::from(settings.splats()) * Splats::BYTES_PER_PIXEL
         + usize::from(has_counts) * 2 * size_of::<u64>();
     let others = settings
         .window
         .pixel_count()
-        .saturating_mul(of_pixel as u64);
+        .saturating_mul(of_pixel as u64 + Film::WORKING_MEMORY);
     let sums = Film::memory(settings.window, settings.tile_size, settings.reach(filter));
-    let bytes = sums.saturating_add(others);
-    let (width, height) = (settings.window.width, settings.window.height);
-    memory::check(bytes, || format!("an image of {width} x {height} pixels"))
+    sums.saturating_add(others)
 }

@@ -19,7 +19,8 @@ impl Session {
     /// error.
     ///
     /// # Errors
-    /// The errors of [`Session::start`]; a state of another scene, of other settings or of another version.
+    /// The errors of [`Session::start`]; a state of another scene, of other settings or of another version; an error to reach
+    /// by a shard.
     pub fn resume(
         &self,
         options: &RenderOptions,
@@ -39,6 +40,11 @@ impl Session {
             return Err(Error::usage("the state is of another part of the image"));
         }
         rendering.shard = state.header.shard.map(|[first, end]| first..end);
+        if rendering.shard.is_some() && rendering.settings.budget.error.is_some() {
+            return Err(Error::usage(
+                "the state is of a shard, which has a known number of samples: leave --error out, and give it to `etendue merge`",
+            ));
+        }
         let nothing = Rendered::nothing(&rendering.settings, &self.filter);
         rendering.rendered = state.into_rendered(nothing)?;
         Ok(rendering)
@@ -77,7 +83,7 @@ impl Rendering {
         match self.settings.adaptive {
             Adaptive::Off => Ok(()),
             Adaptive::TwoPhase | Adaptive::Greedy => Err(Error::usage(
-                "the samples of an adaptive render depend on its pilot and its passes, so that it has no shards and no checkpoints: use --adaptive off",
+                "the samples of an adaptive render depend on its pilot and its passes, so that it has no shards and no checkpoints: use --adaptive=off",
             )),
         }
     }
@@ -150,10 +156,12 @@ impl Rendering {
         Ok(self.identity.get_or_init(|| identity).clone())
     }
 
-    /// Whether the layers of the first hits belong into the state: into that of one shard, which has all its samples.
+    /// Whether the layers of the first hits belong into the state: into that of one shard, which has all its samples. A render
+    /// that was interrupted may have little time left, and its first hits cannot be interrupted.
     fn includes_layers(&self) -> bool {
         let spp = self.budget().spp;
-        let is_complete = spp.is_none_or(|spp| self.rendered.spp >= spp);
+        let has_all = spp.is_none_or(|spp| self.rendered.spp >= spp);
+        let is_complete = has_all && !self.rendered.cancelled;
         self.settings.layers && self.rendered.first == 0 && is_complete
     }
 

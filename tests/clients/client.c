@@ -180,6 +180,55 @@ static void pictures(void) {
     CHECK(etd_scene_release(scene) == ETD_STATUS_OK);
 }
 
+/* An adaptive render may be run again if it is complete, not if it was cancelled. */
+static void adaptive(void) {
+    EtdScene *scene = make_scene(WIDTH, HEIGHT);
+    DONE(scene, etd_scene_commit(scene, NULL));
+    EtdSettings settings = settings_of(16);
+    settings.adaptive = "two-phase";
+    EtdRender *render = begin(scene, &settings);
+    CHECK(etd_render_run(render, NULL) == ETD_STATUS_OK);
+    const uint64_t samples = info_of(render).samples;
+    CHECK(etd_render_run(render, NULL) == ETD_STATUS_OK && info_of(render).samples == samples);
+    CHECK(etd_render_add_samples(render, 4, NULL) == ETD_STATUS_INVALID_ARGUMENT);
+    CHECK(etd_render_release(render) == ETD_STATUS_OK);
+    render = begin(scene, &settings);
+    EtdWatch watch;
+    struct watched watched = watched_by(&watch);
+    pthread_mutex_init(&watched.lock, NULL);
+    watched.end_after = 2;
+    watch.user = &watched;
+    CHECK(etd_render_run(render, &watch) == ETD_STATUS_CANCELLED);
+    CHECK(etd_render_run(render, NULL) == ETD_STATUS_INVALID_ARGUMENT);
+    CHECK(etd_render_release(render) == ETD_STATUS_OK);
+    CHECK(etd_scene_release(scene) == ETD_STATUS_OK);
+}
+
+/* Ends while an irradiance cache is filled, before the first sample. */
+static int32_t on_cache(void *user, const EtdProgress *progress) {
+    *(uint64_t *)user += progress->samples;
+    return 1;
+}
+
+static void cancelling_a_cache(void) {
+    EtdScene *scene = make_scene(WIDTH, HEIGHT);
+    DONE(scene, etd_scene_commit(scene, NULL));
+    EtdSettings settings = settings_of(4);
+    settings.integrator = "irradiance-cache";
+    EtdRender *render = begin(scene, &settings);
+    EtdWatch watch;
+    memset(&watch, 0, sizeof watch);
+    watch.struct_size = sizeof watch;
+    watch.progress = on_cache;
+    uint64_t samples = 0;
+    watch.user = &samples;
+    CHECK(etd_render_run(render, &watch) == ETD_STATUS_CANCELLED);
+    CHECK(samples == 0 && info_of(render).samples == 0);
+    CHECK(etd_render_run(render, NULL) == ETD_STATUS_OK && info_of(render).spp == 4);
+    CHECK(etd_render_release(render) == ETD_STATUS_OK);
+    CHECK(etd_scene_release(scene) == ETD_STATUS_OK);
+}
+
 static void *run_long(void *render) {
     static EtdStatus status;
     status = etd_render_run(render, NULL);
@@ -286,6 +335,13 @@ static void rays_and_changes(void) {
     CHECK(fabsf(radiance[1][0] - 1.0f) < 1e-5f && errors[1][0] < 1e-5f);
     /* The top of the ball sees the sky, and nothing else: half of it comes back. */
     CHECK(fabsf(radiance[0][0] - 0.5f) < 6 * errors[0][0] + 1e-5f);
+    /* How the samples of images are distributed does not matter along rays. */
+    EtdSettings settings = settings_of(0);
+    settings.adaptive = "greedy";
+    settings.reuse = "4";
+    float again[2][3];
+    DONE(scene, etd_scene_radiance(scene, &settings, rays, 2, 0, 64, &again[0][0], &errors[0][0]));
+    CHECK(memcmp(again, radiance, sizeof again) == 0);
 
     /* Aside with the ball: then the ray meets the floor. */
     const uint32_t ball = 0;
@@ -469,6 +525,8 @@ int main(int argc, char **argv) {
     a_file(argv[1], argv[2]);
     pictures();
     cancelling();
+    cancelling_a_cache();
+    adaptive();
     threads();
     rays_and_changes();
     wrong_arguments();

@@ -103,7 +103,12 @@ static void a_limit(void) {
     leave((size_t)100 << 20);
     FAILS(scene, etd_render_create(scene, &settings, &render), memory, "4096 x 4096");
     CHECK(render == NULL);
-    /* A part of it has room. */
+    /* There is room for the sums of this part, but not for the estimate of its error. */
+    settings.crop[2] = settings.crop[3] = 1024;
+    leave((size_t)300 << 20);
+    FAILS(scene, etd_render_create(scene, &settings, &render), memory, "1024 x 1024");
+    CHECK(render == NULL);
+    /* A smaller part has room. */
     settings.crop[2] = settings.crop[3] = 8;
     settings.spp = 1;
     DONE(scene, etd_render_create(scene, &settings, &render));

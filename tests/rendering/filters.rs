@@ -238,6 +238,28 @@ fn splatting_reduces_error_and_reports_it_accurately() {
     assert!(held >= 13, "{held}");
 }
 
+/// A sample is taken at the same place of its pixel for a splatted filter as for a box filter.
+#[test]
+fn replay_of_a_splatted_sample_follows_the_path_of_its_pixel_alone() {
+    let splatted = scene(FilterKind::Gaussian, 1.5);
+    let boxed = scene(FilterKind::Box, 0.5);
+    let ready = ready(&splatted, Backend::ALL[0]);
+    let settings = splatting(&splatted, 4);
+    let (width, height) = splatted.film.size;
+    let mut lit = 0;
+    for pixel in [[0, 0], [width - 1, height - 1], [9, 9], [5, 12]] {
+        for sample in [0, 3] {
+            let [by_splatting, by_box] = [&splatted, &boxed].map(|description| {
+                let filter = Filter::new(&description.film.filter);
+                replay(&ready, &filter, &settings, pixel, sample).expect("valid settings")
+            });
+            assert_eq!(by_splatting, by_box, "{pixel:?}, {sample}");
+            lit += u32::from(by_box.radiance != Rgb::BLACK);
+        }
+    }
+    assert!(lit > 0);
+}
+
 /// Each pixel of an image of one sample a pixel is a sum of the replayed samples around it, with weights below 1.
 #[test]
 fn replayed_samples_are_consistent_with_splatted_pixels() {

@@ -11,7 +11,7 @@ use crate::common::furnished::{glass, matte, six_scenes};
 use crate::common::generated::Generator;
 use crate::common::scene::slide;
 use crate::common::scene_folder::in_repository;
-use etendue::internals::effects::{Effect, EffectSet};
+use etendue::internals::effects::{Effect, EffectSet, Kernel};
 use etendue::internals::film::Window;
 use etendue::internals::film::filter::{FilterDescription, FilterKind};
 use etendue::internals::integrator::kind::IntegratorKind;
@@ -20,7 +20,9 @@ use etendue::internals::math::vec::DVec3;
 use etendue::internals::render::Unwatched;
 use etendue::internals::render::auto::PathChoices;
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings, SamplerKind};
+use etendue::internals::render::settings::{
+    Adaptive, Budget, LightPathRule, RenderSettings, ReuseRule, SamplerKind,
+};
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::load::load;
 use etendue::internals::session::{Rendering, Session, tracing};
@@ -197,6 +199,17 @@ fn pilot_enables_light_paths_only_where_more_efficient() {
             assert_eq!(settings.light_path_share(), choice.share, "{name}");
         }
     }
+    // A kernel without light paths cannot have any.
+    let mut options = RenderOptions::samples(4);
+    options.light_paths = Some(LightPathRule::Auto);
+    options.reuse = Some(ReuseRule::Auto);
+    options.kernel = Some(Kernel::Studio);
+    let (session, mut rendering) = begun("caustics", &options);
+    assert_eq!(rendering.choices().light_paths, None);
+    assert_eq!(rendering.choices().reuse, None);
+    rendering
+        .continue_until(&session, Budget::samples(4), &Unwatched)
+        .expect("the kernel has all effects");
     // There is nothing that throws light.
     let mut options = RenderOptions::samples(4);
     options.light_paths = Some(LightPathRule::Auto);

@@ -9,7 +9,7 @@ use etendue::internals::film::filter::Filter;
 use etendue::internals::image::Image;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::Adaptive;
-use etendue::internals::render::settings::{Budget, RenderSettings, SamplerKind};
+use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 use etendue::internals::render::{
     RenderInput, RenderObserver, Rendered, Threads, Unwatched, render, resume,
 };
@@ -188,4 +188,44 @@ fn resuming_an_adaptive_render_is_rejected_without_changes() {
     let refused = refused.expect_err("it cannot be resumed");
     assert_eq!(refused.kind(), ErrorKind::Usage, "{refused}");
     assert_eq!(rendered.film.develop(), before);
+}
+
+#[test]
+fn complete_adaptive_render_ends_at_once_and_an_interrupted_one_is_rejected() {
+    let stage = Stage::new();
+    let greedy = Budget {
+        error: Some(ErrorTarget {
+            rel_rmse: 0.9,
+            confidence: 0.9,
+        }),
+        ..Budget::samples(256)
+    };
+    for (adaptive, budget) in [
+        (Adaptive::TwoPhase, Budget::samples(32)),
+        (Adaptive::Greedy, greedy),
+    ] {
+        let settings = RenderSettings {
+            adaptive,
+            budget,
+            ..stage.settings(32)
+        };
+        let mut rendered = stage.at_once(&settings);
+        let samples = rendered.film.sample_count();
+        let again = |until, rendered: &mut Rendered| {
+            stage.continue_until(&settings, until, rendered, &Unwatched)
+        };
+        again(budget, &mut rendered).expect("it is complete");
+        assert_eq!(rendered.film.sample_count(), samples, "{adaptive:?}");
+        let refused = again(Budget::samples(1024), &mut rendered);
+        assert_eq!(refused.expect_err("it has begun").kind(), ErrorKind::Usage);
+
+        let mut cut = Rendered::nothing(&settings, &stage.filter);
+        let tiles = AtomicU64::new(3);
+        stage
+            .continue_until(&settings, budget, &mut cut, &Impatient { tiles })
+            .expect("it ends early");
+        assert!(cut.cancelled && cut.film.sample_count() > 0);
+        let refused = again(budget, &mut cut);
+        assert_eq!(refused.expect_err("it has begun").kind(), ErrorKind::Usage);
+    }
 }

@@ -8,10 +8,14 @@ use etendue::internals::film::filter::{Filter, FilterSampling};
 use etendue::internals::image::Image;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::integrator::light_paths::LightPathShare;
+use etendue::internals::integrator::reuse::Reuse;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::render::settings::{Budget, LightPathRule, RenderSettings};
+use etendue::internals::render::settings::{
+    Adaptive, Budget, LightPathRule, RenderSettings, ReuseRule,
+};
 use etendue::internals::render::{Unwatched, render};
 use etendue::internals::scene::description::{
     CameraDescription, FilmDescription, GeometryDescription, InstanceDescription, LightDescription,
@@ -338,6 +342,92 @@ fn radiance_queries_match_closed_forms() {
         refused.expect_err("it needs a camera").kind(),
         ErrorKind::Usage
     );
+}
+
+#[test]
+fn radiance_queries_ignore_options_for_images() {
+    let session = session(movable(), Backend::ALL[0]);
+    let ray = QueryRay::new(DVec3::new(0.0, 5.0, 0.0), DVec3::new(0.1, -1.0, 0.0));
+    let seen = |change: &dyn Fn(&mut RenderOptions)| {
+        let mut options = RenderOptions::default();
+        // With standard errors.
+        options.layers = true;
+        change(&mut options);
+        session.radiance(&options, &[ray], 8).expect("valid")
+    };
+    let plain = seen(&|_| {});
+    for others in [
+        seen(&|it| it.adaptive = Some(Adaptive::Greedy)),
+        seen(&|it| it.reuse = Some(ReuseRule::Pixels(Reuse::Four))),
+        seen(&|it| {
+            it.light_paths = Some(LightPathRule::Share(LightPathShare::One));
+            it.adaptive = Some(Adaptive::TwoPhase);
+        }),
+    ] {
+        assert_eq!(others, plain);
+    }
+}
+
+/// A black leaf, which half of the light passes, at a distance of 0.5, and a lamp behind it at 10.
+fn leaf_before_lamp() -> SceneDescription {
+    let camera = CameraDescription::pinhole(DAffine3::IDENTITY, 1.0);
+    let mut scene = SceneDescription::new("leaf", camera);
+    let black = |name: &str| {
+        let reflectance = Rgb::BLACK.into();
+        let model = MaterialModel::Diffuse { reflectance };
+        MaterialDescription::new(name, Place::default(), model)
+    };
+    let leaf = MaterialDescription {
+        alpha: Rgb::grey(0.5).into(),
+        ..black("leaf")
+    };
+    scene.add_material(leaf).expect("valid");
+    scene.add_material(black("lamp")).expect("valid");
+    let square = |z: f64| GeometryDescription::Rectangle {
+        corner: DVec3::new(-1.0, -1.0, z),
+        edge_u: 2.0 * DVec3::X,
+        edge_v: 2.0 * DVec3::Y,
+    };
+    scene.add_shape(shape("leaf", square(0.5))).expect("valid");
+    let lamp = ShapeDescription {
+        material: 1,
+        emission: Some(Rgb::grey(8.0).into()),
+        two_sided_emission: true,
+        ..shape("lamp", square(10.0))
+    };
+    scene.add_shape(lamp).expect("valid");
+    scene
+}
+
+#[test]
+fn radiance_behind_partial_alpha_ends_at_the_greatest_distance() {
+    let far = QueryRay::new(DVec3::ZERO, DVec3::Z);
+    let near = QueryRay {
+        max_distance: 1.0,
+        ..far
+    };
+    for &backend in Backend::ALL {
+        let session = session(leaf_before_lamp(), backend);
+        for (integrator, expected) in [
+            (IntegratorKind::Path, [4.0, 0.0]),
+            (IntegratorKind::Naive, [4.0, 0.0]),
+            // The leaf hardly occludes the lamp, and nothing the leaf.
+            (IntegratorKind::AmbientOcclusion, [1.0, 0.5]),
+        ] {
+            let mut options = RenderOptions::default();
+            options.integrator = Some(integrator);
+            let seen = session.radiance(&options, &[far, near], 4096);
+            let seen = seen.expect("valid");
+            for (along, expected) in seen.iter().zip(expected) {
+                let [red, _, _] = along.mean.to_array();
+                // Six standard deviations of a coin's mean.
+                assert!(
+                    (red - expected).abs() <= 0.05 * expected,
+                    "{integrator:?}: {red} for {expected}"
+                );
+            }
+        }
+    }
 }
 
 #[test]

@@ -232,6 +232,48 @@ fn resuming_a_state_file_equals_an_uninterrupted_render() {
 }
 
 #[test]
+fn interrupted_render_without_known_samples_saves_no_layers() {
+    let folder = folder();
+    let file = folder.path().join("state.etd");
+    let session = session(&matte(), 1);
+    let mut options = RenderOptions::default();
+    options.error = Some(0.05);
+    options.layers = true;
+    let mut rendering = session.start(&options).expect("valid options");
+    let until = rendering.budget();
+    let impatient = Impatient(AtomicU64::new(5));
+    rendering
+        .continue_until(&session, until, &impatient)
+        .expect("it renders");
+    assert!(rendering.rendered().cancelled);
+    rendering.save(&session, &file).expect("it is written");
+    let state = State::read(&file).expect("it is whole");
+    assert!(state.header.wants_layers && state.layers.is_empty());
+    rendering
+        .continue_until(&session, until, &Unwatched)
+        .expect("it renders");
+    rendering.save(&session, &file).expect("it is written");
+    let state = State::read(&file).expect("it is whole");
+    assert!(!state.layers.is_empty());
+}
+
+#[test]
+fn shard_is_not_resumed_to_an_error() {
+    let folder = folder();
+    let file = folder.path().join("part.etd");
+    let session = session(SMALL, 1);
+    let mut options = options(IntegratorKind::Path, 16);
+    let first = Shard::Part { index: 0, of: 2 };
+    shard(&session, &options, first, &file);
+    options.error = Some(0.1);
+    let state = State::read(&file).expect("it is whole");
+    let refused = session.resume(&options, state, &Unwatched);
+    let refused = refused.expect_err("a shard has a known number of samples");
+    assert_eq!(refused.kind(), ErrorKind::Usage);
+    assert!(refused.to_string().contains("--error"), "{refused}");
+}
+
+#[test]
 fn state_resumes_to_more_samples_and_to_an_error_target() {
     let folder = folder();
     let file = folder.path().join("state.etd");
@@ -368,7 +410,7 @@ fn unshardable_renders_are_rejected() {
     };
     let mut adaptive = RenderOptions::samples(64);
     adaptive.adaptive = Some(Adaptive::TwoPhase);
-    assert!(refused(&adaptive).to_string().contains("--adaptive off"));
+    assert!(refused(&adaptive).to_string().contains("--adaptive=off"));
     let mut to_error = RenderOptions::samples(64);
     to_error.error = Some(0.1);
     assert!(refused(&to_error).to_string().contains("--spp"));

@@ -207,7 +207,8 @@ fn rectangle_beside_its_plane_has_no_large_solid_angle() {
                 continue;
             };
             let omega = seen.solid_angle();
-            assert!((0.0..=2.0 * height).contains(&omega), "{omega} at {height}");
+            let limit = 2.0 * height + 64.0 * f64::EPSILON;
+            assert!((0.0..=limit).contains(&omega), "{omega} at {height}");
         }
     }
 }

@@ -119,8 +119,8 @@ pub struct RenderArguments {
     /// scene's, or auto.
     ///
     /// They find the light that glass and metal throw onto other surfaces, also from point lights. off: none. 1/4, 1/2, 1,
-    /// 2: this number for each camera path. auto: 1/4 where a pilot shows that camera paths alone have at least 1.3 times the
-    /// squared error, else off; off with --roulette none.
+    /// 2: this number for each camera path. auto: 1/4 where a pilot shows that camera paths alone have more than 1.25 times
+    /// the squared error, else off; off with --roulette none.
     #[arg(long, value_parser = named(LightPathRule::ALL, LightPathRule::name))]
     pub light_paths: Option<LightPathRule>,
     /// Number of neighbouring pixels that share the paths of the integrator path. Affects noise and time, not the mean.

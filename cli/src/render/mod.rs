@@ -59,7 +59,12 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let session = Session::new(description, arguments.tracing.options())?;
     let build_time = session.work().structures;
     let loaded = start.elapsed().saturating_sub(build_time);
-    let mut rendering = states::start(arguments, &session, &options, &watcher)?;
+    let started = states::start(arguments, &session, &options, &watcher);
+    // Pilots that were cut choose otherwise, so that a state may seem to be that of another render.
+    if watcher.is_cancelled() {
+        return Ok(Outcome::Interrupted);
+    }
+    let mut rendering = started?;
     let settings = rendering.settings().clone();
     let recommendation = rendering.recommendation().cloned();
     let job = Job {
@@ -73,9 +78,6 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     announce(&job, &session);
     if arguments.bdpt_strategies.is_some() {
         strategies::check(&settings)?;
-    }
-    if watcher.is_cancelled() {
-        return Ok(Outcome::Interrupted);
     }
     if let (Some(pixel), Some(sample)) = (arguments.pixel, arguments.sample) {
         if settings.integrator == IntegratorKind::Metropolis {
@@ -135,13 +137,18 @@ fn finish(
     let arguments = job.arguments;
     let rendered = rendering.rendered();
     times.render = rendered.elapsed.as_secs_f64();
-    let error = rendering.error(arguments.confidence);
+    let has_images = images(outputs).next().is_some();
+    // An estimate of the error takes as long as some samples, and a shard rendered by `--quiet` shows it to nobody.
+    let error = match has_images || job.has_statistics() {
+        true => rendering.error(arguments.confidence),
+        false => None,
+    };
     let writing = Instant::now();
     let mut failures = Failures::default();
     failures.note(states::write(arguments, session, rendering, outputs));
     times.write = writing.elapsed().as_secs_f64();
     let mut denoised = None;
-    if images(outputs).next().is_some() {
+    if has_images {
         let picture = match job.settings.layers {
             true => rendering.layered(session)?,
             false => LayeredImage::from(rendering.image()),

@@ -110,8 +110,8 @@ pub fn write(
 ) -> Result<()> {
     let checkpoint = arguments.state.checkpoint.as_deref();
     let is_cancelled = rendering.rendered().cancelled;
-    let save = |path: &Path| match rendering.save(session, path) {
-        // Markov chains that were cut do not replace the last whole state.
+    // Markov chains that were cut do not replace the last whole state.
+    let noted = |saved: Result<()>| match saved {
         Err(error) if is_cancelled && error.kind() == ErrorKind::Usage => {
             if !arguments.quiet {
                 say!("note: {error}");
@@ -120,13 +120,19 @@ pub fn write(
         }
         other => other,
     };
-    let kept = checkpoint.map_or(Ok(()), save);
+    // A render that goes on from a checkpoint traces the first hits of its layers anew: a checkpoint has none.
+    let keep = |path: &Path| {
+        let header = rendering.header(session)?;
+        save(header, rendering.rendered(), vec![], path)
+    };
+    let kept = checkpoint.map_or(Ok(()), |path| noted(keep(path)));
     // An interrupted render goes on from its checkpoint: its outputs would look like those of a whole one.
     if checkpoint.is_some() && is_cancelled {
         return kept;
     }
     let states = outputs.iter().filter(|path| is_state(path));
-    states.fold(kept, |so_far, path| so_far.and(save(path)))
+    let write = |path: &Path| noted(rendering.save(session, path));
+    states.fold(kept, |so_far, path| so_far.and(write(path)))
 }
 
 /// Shows progress, forwards Ctrl-C, and writes checkpoints.

@@ -29,6 +29,12 @@ const TEN: f64 = 10.0;
 const NON_FINITE_LIMIT: f64 = 1e-6;
 
 impl Job<'_> {
+    /// Whether anything is printed or written of a render beside its images and states.
+    pub fn has_statistics(&self) -> bool {
+        let arguments = self.arguments;
+        !arguments.quiet || arguments.json || arguments.stats.is_some()
+    }
+
     /// Writes and prints the statistics and the summary, and returns the outcome of the command.
     pub fn report(
         &self,
@@ -38,21 +44,21 @@ impl Job<'_> {
         denoised: Option<&Denoised>,
         times: Times,
     ) -> Result<Outcome> {
-        let stats = Stats {
+        let stats = self.has_statistics().then(|| Stats {
             denoise: denoised.map(Denoised::stats),
             ..self.stats(rendered, error, times)
-        };
-        if let Some(path) = &self.arguments.stats {
+        });
+        if let (Some(path), Some(stats)) = (&self.arguments.stats, &stats) {
             write_text(path, &stats.to_json())?;
         }
-        if self.arguments.json {
+        if let Some(stats) = stats.as_ref().filter(|_| self.arguments.json) {
             print(stats.to_json().as_bytes())?;
         }
         let rejected = rendered.rejected;
         if rejected.count > 0 {
             say!("{}", self.describe_rejected(&rejected));
         }
-        if !self.arguments.quiet {
+        if let Some(stats) = stats.as_ref().filter(|_| !self.arguments.quiet) {
             if self.arguments.verbose {
                 say!(
                     "time: load {:.3} s, build {:.3} s, render {:.3} s, write {:.3} s",
@@ -65,11 +71,11 @@ impl Job<'_> {
             if self.settings.integrator == IntegratorKind::Metropolis {
                 warn_of_disagreement(rendered);
             }
-            say!("{}", last_line(outputs, rendered, &stats, denoised));
+            say!("{}", last_line(outputs, rendered, stats, denoised));
         }
         Ok(if rendered.cancelled {
             Outcome::Interrupted
-        } else if are_too_many(rejected.count, stats.samples) {
+        } else if are_too_many(rejected.count, rendered.film.sample_count()) {
             Outcome::TooManyNonFinite
         } else if self.settings.budget.error.is_some() && !rendered.reached {
             Outcome::ErrorNotReached

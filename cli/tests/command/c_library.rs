@@ -308,6 +308,30 @@ fn header_matches_the_sources() {
     }
 }
 
+/// A cbindgen that fails leaves the header as it is.
+#[cfg(unix)]
+#[test]
+fn header_is_kept_if_it_cannot_be_made() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = SceneFolder::new([("cbindgen", "#!/bin/sh\nexit 1\n")]);
+    let permissions = std::fs::Permissions::from_mode(0o755);
+    std::fs::set_permissions(folder.path("cbindgen"), permissions).expect("it is ours");
+    std::fs::create_dir_all(folder.path("capi/include")).expect("a new folder");
+    let header = folder.path("capi/include/etendue.h");
+    std::fs::write(&header, "/* whole */").expect("it is written");
+    let path = std::env::var("PATH").expect("there are programs");
+    let make = Command::new("make")
+        .current_dir(folder.root())
+        .arg("-f")
+        .arg(in_repository("Makefile"))
+        .arg("header")
+        .env("PATH", format!("{}:{path}", folder.root().display()))
+        .output();
+    assert!(!make.expect("make is installed").status.success());
+    let kept = std::fs::read_to_string(&header).expect("it is there");
+    assert_eq!(kept, "/* whole */");
+}
+
 #[test]
 fn static_library_links() {
     let folder = small();

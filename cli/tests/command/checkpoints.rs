@@ -91,6 +91,57 @@ fn terminated_shard_leaves_a_checkpoint_but_no_output() {
     assert_eq!(header.done[0][0], 500_000);
 }
 
+/// Pilots that are cut choose otherwise than whole ones.
+#[cfg(unix)]
+#[test]
+fn render_terminated_while_it_resumes_does_not_report_another_render() {
+    let folder = small();
+    let flags = "small.toml -q -t 1 --size 192x128 --integrator auto --checkpoint it.etd";
+    succeed(&folder, &format!("render {flags} --spp 4 -o it.exr"));
+    // The time of the signal decides what the test shows, not how it ends: before the pilots and after them, a render ends
+    // in the same way.
+    for delay in [50, 100, 200, 400, 800] {
+        let flags = format!("render {flags} --spp 10000000 --resume it.etd -o it.exr");
+        let child = command(&folder, &flags).spawn().expect("it starts");
+        std::thread::sleep(Duration::from_millis(delay));
+        let pid = child.id().to_string();
+        let asked = Command::new("kill").args(["-TERM", &pid]).status();
+        assert!(asked.expect("kill runs").success());
+        let ended = child.wait_with_output().expect("it ends");
+        let message = String::from_utf8_lossy(&ended.stderr);
+        // Without a code, the signal came before the command was ready for it.
+        let code = ended.status.code();
+        assert!(code.is_none_or(|code| code == 130), "{code:?}: {message}");
+    }
+}
+
+#[test]
+fn checkpoint_of_a_complete_render_has_no_layers() {
+    let folder = small();
+    let flags = "render small.toml -q --spp 8 --layers --checkpoint it.etd -o all.etd -o it.exr";
+    succeed(&folder, flags);
+    let layers = |name: &str| read_header(&folder.path(name)).expect("it is whole").layers;
+    assert!(layers("it.etd").is_empty() && !layers("all.etd").is_empty());
+    succeed(&folder, "merge -q all.etd --denoise -o filtered.exr");
+    fails(
+        &folder,
+        "merge it.etd --denoise -o filtered.exr",
+        USAGE,
+        &["--denoise needs the layers"],
+    );
+    // The headers tell it, before the sums are read.
+    let mut damaged = std::fs::read(folder.path("it.etd")).expect("it is there");
+    let last = damaged.len() - 1;
+    damaged[last] ^= 1;
+    std::fs::write(folder.path("it.etd"), damaged).expect("it is written");
+    fails(
+        &folder,
+        "merge it.etd --denoise -o filtered.exr",
+        USAGE,
+        &["--denoise needs the layers"],
+    );
+}
+
 #[test]
 fn mismatched_state_files_are_rejected_on_resume() {
     let folder = small();

@@ -1,9 +1,10 @@
 //! Tests of the command: subcommands, flags, and what is printed to which stream.
 
-use crate::common::scene_folder::{SMALL, SceneFolder};
+use crate::common::scene_folder::{SMALL, SceneFolder, in_repository};
 use crate::support::{Finished, command, interrupted, run, succeed};
 use etendue::internals::image::{ColourSpace, Image};
 use etendue::internals::math::rgb::Rgb;
+use etendue::internals::render::auto::LightPathChoice;
 use exr::prelude::{AttributeValue, MetaData};
 use serde_json::Value;
 
@@ -533,4 +534,22 @@ fn hangup_does_not_interrupt_under_nohup() {
     assert!(asked.expect("kill runs").success());
     assert!(child.wait().expect("it ends").success());
     assert_eq!(read(&folder, "it.png").width(), 24);
+}
+
+/// A pilot would choose shared paths, which this kernel lacks.
+#[test]
+fn named_kernel_limits_the_choices_of_pilots() {
+    let folder = SceneFolder::new([("empty.txt", "")]);
+    let scene = in_repository("scenes/cornell-box/cornell-box.toml");
+    let flags = "--kernel matte --size 64x64 --spp 4 -q -o it.exr";
+    succeed(&folder, &format!("render {} {flags}", scene.display()));
+}
+
+#[test]
+fn help_states_the_ratio_from_which_light_paths_pay() {
+    let folder = small();
+    let help = succeed(&folder, "render --help").stdout;
+    let help: Vec<&str> = help.split_whitespace().collect();
+    let ratio = format!("more than {} times", LightPathChoice::LEAST_RATIO);
+    assert!(help.join(" ").contains(&ratio), "no `{ratio}`");
 }

@@ -33,11 +33,19 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         stage: &mut StageMemory<E>,
     ) {
         let (scene, bounce, technique) = (walk.scene, walk.bounce, self.technique.technique());
-        let (samplers, path) = (&mut *walk.samplers, &block.path);
+        let (samplers, samples) = (&mut *walk.samplers, &*walk.samples);
+        let path = &block.path;
         let u_alpha = |lane: usize| {
             let sampler = &mut samplers[path[lane] as usize];
             let [u] = sampler.draw(Decision::Alpha(bounce));
             u
+        };
+        let end = |lane: usize| match bounce {
+            0 => {
+                let path = path[lane] as usize;
+                samples[path / LANES].end(path % LANES)
+            }
+            _ => f32::INFINITY,
         };
         let StageMemory { surfaces, at, .. } = stage;
         let found = scene.surface_interactions::<E>(
@@ -45,6 +53,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             &block.packet,
             &block.excluded,
             u_alpha,
+            end,
             surfaces,
             at,
         );

@@ -18,7 +18,8 @@
 use super::super::settings::{Budget, LightPathRule, RenderSettings, SamplerKind};
 use super::super::{RenderInput, RenderObserver, Threads};
 use super::pass::{relative_weights, take_samples};
-use super::takes_other_paths;
+use super::{may_have, takes_other_paths};
+use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
@@ -40,9 +41,6 @@ const SEED: u64 = 0x6c69_6768_7400;
 /// than a half by more than 3 %.
 const SHARE: LightPathShare = LightPathShare::Quarter;
 
-/// The ratio of variances above which light paths pay: a pilot that has not sampled the rarest paths underestimates it.
-const LEAST_RATIO: f64 = 1.25;
-
 /// The choice of a number of light paths, and its reason.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LightPathChoice {
@@ -50,6 +48,12 @@ pub struct LightPathChoice {
     pub share: LightPathShare,
     /// The squared error of as many samples without light paths, over that with them.
     pub ratio: f64,
+}
+
+impl LightPathChoice {
+    /// The ratio of variances above which light paths pay: a pilot that has not met the rarest paths measures less than there
+    /// is.
+    pub const LEAST_RATIO: f64 = 1.25;
 }
 
 /// Chooses the number of light paths for settings by which it follows from the scene; `None` where no pilot is needed.
@@ -65,6 +69,7 @@ pub fn choose(
     let may_pay = settings.light_paths == LightPathRule::Auto
         && view.scene.casts_caustics()
         && takes_other_paths(settings)
+        && may_have(settings, Effect::LightPaths)
         && !settings.reuse().is_on();
     if !may_pay {
         return Ok(None);
@@ -95,7 +100,7 @@ pub fn choose(
     let sums = (tiles.iter_mut().collect(), splats, Some(&gains));
     take_samples(&scene, threads, &pilot, sums, observer)?;
     let ratio = ratio_of_variances(&film, &gains);
-    let share = if ratio > LEAST_RATIO {
+    let share = if ratio > LightPathChoice::LEAST_RATIO {
         SHARE
     } else {
         LightPathShare::None

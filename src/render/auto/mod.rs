@@ -18,7 +18,7 @@ mod window;
 use super::settings::Adaptive;
 use super::settings::{Budget, RenderSettings};
 use super::{RenderInput, RenderObserver, Rendered, Threads, check, resume};
-use crate::effects::{Effect, EffectSet};
+use crate::effects::{Effect, EffectSet, Kernel};
 use crate::error::{ErrorKind, Result};
 use crate::film::Window;
 use crate::integrator::Roulette;
@@ -210,6 +210,12 @@ fn takes_other_paths(settings: &RenderSettings) -> bool {
         && settings.adaptive == Adaptive::Off
         && settings.roulette != Some(Roulette::None)
         && settings.most_bounces().is_none_or(|most| most > 1)
+}
+
+/// Whether the kernel of the settings, if they name one, has an effect: what a pilot chooses must not make a render fail.
+fn may_have(settings: &RenderSettings, effect: Effect) -> bool {
+    let has = |kernel: Kernel| kernel.effects().has(effect);
+    settings.kernel.is_none_or(has)
 }
 
 /// The recommendation after an interrupted pilot.

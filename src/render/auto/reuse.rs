@@ -11,7 +11,8 @@
 use super::super::settings::{Budget, RenderSettings, ReuseRule, SamplerKind};
 use super::super::{RenderInput, RenderObserver, Threads, dispatch};
 use super::pass::{relative_weights, take_samples};
-use super::takes_other_paths;
+use super::{may_have, takes_other_paths};
+use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::{Film, Window};
 use crate::image::Image;
@@ -64,6 +65,7 @@ pub fn choose(
 ) -> Result<Option<ReuseChoice>> {
     let may_pay = settings.reuse == ReuseRule::Auto
         && takes_other_paths(settings)
+        && may_have(settings, Effect::Reuse)
         && settings.light_path_share() == LightPathShare::None
         && !settings.layers
         && dispatch::prevents_reuse(view.scene).is_none();

@@ -54,7 +54,7 @@ impl RenderSettings {
             )),
             _ if self.adaptive != Adaptive::Off && self.integrator.splats() => {
                 Err(Error::usage(format!(
-                    "the integrator {} has no adaptive sampling, as its light subpaths contribute to any pixel: use --adaptive off, or --integrator path",
+                    "the integrator {} has no adaptive sampling, as its light subpaths contribute to any pixel: use --adaptive=off, or --integrator path",
                     self.integrator.name()
                 )))
             }

@@ -262,7 +262,8 @@ vectorised! {
 
 impl Scene {
     /// Computes the interactions of rays with their hits. Returns the lanes that have one: those active lanes whose rays
-    /// have hit something that is not passed through by the number `u_alpha` of its lane.
+    /// have hit something that is not passed through by the number `u_alpha` of its lane. A ray that passes through ends at
+    /// `end` of its lane.
     #[inline]
     pub fn surface_interactions<E: Effects>(
         &self,
@@ -270,6 +271,7 @@ impl Scene {
         packet: &RayHitLanes<LANES>,
         excluded: &ExcludedLanes,
         mut u_alpha: impl FnMut(usize) -> f32,
+        end: impl Fn(usize) -> f32,
         memory: &mut SurfaceMemory<E>,
         interactions: &mut InteractionLanes<E>,
     ) -> ActiveLanes<LANES> {
@@ -298,7 +300,12 @@ impl Scene {
         for lane in singly.each() {
             let (ray, time) = packet.ray(lane);
             let (excluded, hit) = (excluded.get(lane), packet.hit(lane));
-            let u_alpha = if E::Alpha::ON { u_alpha(lane) } else { 0.0 };
+            let (ray, u_alpha) = if E::Alpha::ON {
+                let t_max = end(lane);
+                (Ray { t_max, ..ray }, u_alpha(lane))
+            } else {
+                (ray, 0.0)
+            };
             match self.surface_interaction(&ray, time, excluded, u_alpha, hit) {
                 Some(at) => {
                     // Behind a surface with alpha there may be another shape.

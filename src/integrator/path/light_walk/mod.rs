@@ -221,6 +221,7 @@ fn arrive<E: Effects, S: Sampler>(
         &block.packet,
         &block.excluded,
         u_alpha,
+        |_| f32::INFINITY,
         surfaces,
         at,
     );

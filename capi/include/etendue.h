@@ -734,7 +734,7 @@ EtdStatus etd_render_release(EtdRender *render);
 size_t etd_render_error(const EtdRender *render, char *text, size_t capacity);
 
 // Renders until the limit in the settings is reached: samples, time or error. Returns `ETD_STATUS_CANCELLED` if it was
-// cancelled; it may then be run again, without loss of samples, unless it is adaptive. A render by "mlt" that finds no
+// cancelled; it may then be run again, without loss of samples, unless `adaptive` is "greedy". A render by "mlt" that finds no
 // light fails, and keeps its samples. `watch` may be null.
 //
 // Pointers:
@@ -742,7 +742,7 @@ size_t etd_render_error(const EtdRender *render, char *text, size_t capacity);
 EtdStatus etd_render_run(EtdRender *render,
                          const EtdWatch *watch);
 
-// Takes `spp` more samples per pixel, like `etd_render_run`. Not for adaptive renders that have samples.
+// Takes `spp` more samples per pixel, like `etd_render_run`. Not for greedy adaptive renders that have samples.
 //
 // Pointers:
 // As `etd_render_run`.

@@ -234,7 +234,7 @@ pub unsafe extern "C" fn etd_render_error(
 }
 
 /// Renders until the limit in the settings is reached: samples, time or error. Returns `ETD_STATUS_CANCELLED` if it was
-/// cancelled; it may then be run again, without loss of samples, unless it is adaptive. A render by "mlt" that finds no
+/// cancelled; it may then be run again, without loss of samples, unless `adaptive` is "greedy". A render by "mlt" that finds no
 /// light fails, and keeps its samples. `watch` may be null.
 ///
 /// # Safety
@@ -250,7 +250,7 @@ pub unsafe extern "C" fn etd_render_run(
     })
 }
 
-/// Takes `spp` more samples per pixel, like `etd_render_run`. Not for adaptive renders that have samples.
+/// Takes `spp` more samples per pixel, like `etd_render_run`. Not for greedy adaptive renders that have samples.
 ///
 /// # Safety
 /// As `etd_render_run`.

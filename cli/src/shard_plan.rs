@@ -61,6 +61,7 @@ impl ShardPlan {
             header: rendering.header(session)?.of(rendered, &[]),
             film: rendered.film.clone(),
             layers: vec![],
+            allocation: None,
         };
         let spp = state.needed_spp(target, CONFIDENCE);
         let of_sample = rendered.elapsed.as_secs_f64() / rendered.spp as f64;

@@ -97,20 +97,26 @@ impl Film {
         self
     }
 
-    /// The memory of the sums of the pixels of a film, in bytes, without the splats of light paths.
-    pub fn memory(window: Window, tile_size: u32, reach: u32) -> u64 {
-        if reach == 0 {
-            return window
-                .pixel_count()
-                .saturating_mul(size_of::<PixelSums>() as u64);
-        }
+    /// The number of pixels that the tiles of a film have sums of: with a reach, each tile has those of its halo, too.
+    pub fn sum_count(window: Window, tile_size: u32, reach: u32) -> u64 {
         // Each tile along an axis adds its halo, and the sources beyond the edge.
         let along = |length: u32| {
             let tiles = u64::from(length.div_ceil(tile_size.max(1)));
-            u64::from(length) + 2 * u64::from(reach) * (tiles + 1)
+            match reach {
+                0 => u64::from(length),
+                _ => u64::from(length) + 2 * u64::from(reach) * (tiles + 1),
+            }
         };
-        let pixels = along(window.width).saturating_mul(along(window.height));
-        pixels.saturating_mul(size_of::<WeightedSums>() as u64)
+        along(window.width).saturating_mul(along(window.height))
+    }
+
+    /// The memory of the sums of the pixels of a film, in bytes, without the splats of light paths.
+    pub fn memory(window: Window, tile_size: u32, reach: u32) -> u64 {
+        let of_pixel = match reach {
+            0 => size_of::<PixelSums>(),
+            _ => size_of::<WeightedSums>(),
+        };
+        Self::sum_count(window, tile_size, reach).saturating_mul(of_pixel as u64)
     }
 
     /// Adds a buffer for the splats of light paths.
@@ -118,6 +124,9 @@ impl Film {
         self.splats = Some(Splats::new(self.window));
         self
     }
+
+    /// The memory of the counts of samples and rays of a pixel, in bytes.
+    pub const BYTES_OF_COUNTS: usize = 2 * size_of::<u64>();
 
     /// Adds counts of samples and rays for each pixel.
     pub fn with_counts(mut self) -> Self {
@@ -166,14 +175,25 @@ impl Film {
         (&mut self.tiles, self.splats.as_ref())
     }
 
+    /// The tiles and the splats of light paths, both mutable.
+    pub fn parts_mut(&mut self) -> (&mut [Tile], Option<&mut Splats>) {
+        (&mut self.tiles, self.splats.as_mut())
+    }
+
     /// The splats of light paths.
     pub fn splats(&self) -> Option<&Splats> {
         self.splats.as_ref()
     }
 
-    /// The sample count of all pixels.
+    /// Whether the film counts samples and rays for each pixel.
+    pub fn has_counts(&self) -> bool {
+        self.tiles.iter().any(|tile| tile.counts.is_some())
+    }
+
+    /// The sample count of all pixels; the largest number if there are more.
     pub fn sample_count(&self) -> u64 {
-        self.tiles.iter().map(Tile::sample_count).sum()
+        let of_tiles = self.tiles.iter().map(Tile::sample_count);
+        of_tiles.fold(0, u64::saturating_add)
     }
 
     /// The sample count of each pixel, row by row.

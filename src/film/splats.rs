@@ -125,11 +125,10 @@ impl Splats {
         self.paths[(sample % BATCHES) as usize].fetch_add(count, Ordering::Relaxed);
     }
 
-    /// The number of samples of all batches.
+    /// The number of samples of all batches; the largest number if there are more.
     pub fn path_count(&self) -> u64 {
-        (0..self.paths.len())
-            .map(|batch| self.paths_of(batch))
-            .sum()
+        let paths = (0..self.paths.len()).map(|batch| self.paths_of(batch));
+        paths.fold(0, u64::saturating_add)
     }
 
     /// The number of samples of each batch.
@@ -180,10 +179,10 @@ impl Splats {
         })
     }
 
-    /// Changes the splat sums of a pixel of the window.
-    pub fn change_pixel<T>(&self, pixel: usize, change: impl FnOnce(&mut PixelSums) -> T) -> T {
-        let width = self.window.width as usize;
-        change(&mut self.row(pixel / width)[pixel % width])
+    /// The splat sums, row by row, mutable.
+    pub fn rows_mut(&mut self) -> impl Iterator<Item = &mut [PixelSums]> {
+        let rows = self.rows.iter_mut().map(Mutex::get_mut);
+        rows.map(|row| &mut **row.expect("no thread panics while it holds this"))
     }
 
     /// The splat sums of a pixel of the window.

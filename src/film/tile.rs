@@ -41,11 +41,11 @@ impl Tile {
         }
     }
 
-    /// The sample count of all pixels of the tile.
+    /// The sample count of all pixels of the tile; the largest number if there are more.
     pub fn sample_count(&self) -> u64 {
         match &self.counts {
-            Some(counts) => counts.iter().sum(),
-            None => self.samples * self.window.pixel_count(),
+            Some(counts) => counts.iter().copied().fold(0, u64::saturating_add),
+            None => self.samples.saturating_mul(self.window.pixel_count()),
         }
     }
 }

@@ -240,9 +240,19 @@ pub struct RayCounts {
 }
 
 impl RayCounts {
-    /// The number of rays of all kinds.
+    /// The number of rays of all kinds; the largest number if there are more.
     pub fn total(&self) -> u64 {
-        self.camera + self.closest + self.shadow
+        let both = self.camera.saturating_add(self.closest);
+        both.saturating_add(self.shadow)
+    }
+
+    /// The rays of two parts together; of each kind the largest number if there are more.
+    pub fn saturating_add(self, other: Self) -> Self {
+        Self {
+            camera: self.camera.saturating_add(other.camera),
+            closest: self.closest.saturating_add(other.closest),
+            shadow: self.shadow.saturating_add(other.shadow),
+        }
     }
 }
 

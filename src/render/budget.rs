@@ -9,6 +9,7 @@ use super::adaptive::allocation::Allocation;
 use super::convergence::{Forecast, Look, stated};
 use super::settings::{Budget, ErrorTarget};
 use crate::film::ErrorEstimate;
+use crate::film::batches::BATCHES;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -284,6 +285,13 @@ impl PassPlanner {
             let until = (left.as_secs_f64() / per_sample) as u64;
             pass = pass.min((until - until % self.step).max(self.step));
         }
+        // Samples that end with a round of batches can be merged with others that do.
+        let end = self.spp + pass;
+        let whole = end - end % BATCHES;
+        let is_last = self.budget.spp.is_some_and(|spp| end >= spp);
+        if whole > self.spp && !is_last {
+            pass = whole - self.spp;
+        }
         (pass > 0).then_some(pass)
     }
 
@@ -380,6 +388,20 @@ mod tests {
             ..Budget::default()
         };
         assert_eq!(run(budget, 1.0).0, 10);
+    }
+
+    #[test]
+    fn passes_end_with_a_round_of_batches_but_at_the_end() {
+        let mut planner = PassPlanner::new(Budget::samples(107), 1, FORECAST_INPUT);
+        let mut now = 0.0;
+        let checkpoint = Some(Duration::from_secs_f64(7.5));
+        while let Some(samples) = planner.next_pass(Duration::from_secs_f64(now), checkpoint) {
+            planner.pass_done(samples);
+            now += samples as f64;
+            let spp = planner.spp();
+            assert!(spp < 4 || spp % 4 == 0 || spp == 107, "{spp}");
+        }
+        assert_eq!(planner.spp(), 107);
     }
 
     #[test]

@@ -72,6 +72,7 @@ pub fn render(
         &mut rendered,
         observer,
     )?;
+    check_is_lit(&settings, &rendered)?;
     Ok(rendered)
 }
 
@@ -91,8 +92,7 @@ pub struct RenderInput<'a> {
 /// of the settings' own budget, and Markov chains that were interrupted begin anew.
 ///
 /// # Errors
-/// The errors of [`render`]; and an adaptive render that has begun and is not complete, as its pilot has not been kept. What
-/// was rendered stays.
+/// The errors of [`render`]; and a greedy adaptive render that has begun and is not complete. What was rendered stays.
 pub fn resume(
     view: &RenderInput<'_>,
     threads: &Threads,
@@ -107,16 +107,24 @@ pub fn resume(
     };
     budgeted.validate(view.size)?;
     check(view.scene, settings)?;
-    if settings.adaptive != Adaptive::Off && rendered.film.sample_count() > 0 {
-        if is_complete(settings.adaptive, until, rendered) {
+    if settings.adaptive == Adaptive::Greedy && rendered.film.sample_count() > 0 {
+        if is_complete(until, rendered) {
             return Ok(());
         }
         return Err(Error::usage(
-            "an adaptive render cannot be continued: start another one with a larger budget",
+            "a greedy adaptive render cannot be continued: start another one with a larger budget",
         ));
     }
     let run = Run::new(view, settings, observer, rendered);
     threads.run(|| run.all_passes(until, rendered));
+    Ok(())
+}
+
+/// Checks that the Markov chains of a whole render found light. Those of a shard may find none where others do.
+///
+/// # Errors
+/// A render by Markov chains that has ended and is black.
+pub fn check_is_lit(settings: &RenderSettings, rendered: &Rendered) -> Result<()> {
     let is_dark = || rendered.film.mean() == [0.0; 3];
     if settings.integrator == IntegratorKind::Metropolis && !rendered.cancelled && is_dark() {
         return Err(Error::render(
@@ -126,13 +134,8 @@ pub fn resume(
     Ok(())
 }
 
-/// Whether an adaptive render was not interrupted, and has the samples or the error of this budget.
-fn is_complete(adaptive: Adaptive, until: Budget, rendered: &Rendered) -> bool {
+/// Whether a greedy adaptive render was not interrupted, and has the samples or the error of this budget.
+fn is_complete(until: Budget, rendered: &Rendered) -> bool {
     let has_samples = until.spp.is_some_and(|spp| rendered.spp >= spp);
-    let has_error = until.error.is_some_and(|target| match adaptive {
-        // The error of the settings is for each pixel, not for the image.
-        Adaptive::Greedy => rendered.reached,
-        Adaptive::Off | Adaptive::TwoPhase => rendered.meets(target),
-    });
-    !rendered.cancelled && (has_samples || has_error)
+    !rendered.cancelled && (has_samples || (until.error.is_some() && rendered.reached))
 }

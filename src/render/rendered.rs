@@ -4,6 +4,7 @@
 //! Range: from a render that has not begun to a finished one.
 //! Source: docs/accuracy.md. Tested in `tests/rendering/`.
 
+use super::adaptive::allocation::Allocation;
 use super::budget::PlannerState;
 use super::convergence::{Look, PowerLaw, stated};
 use super::progress::Predicted;
@@ -13,6 +14,7 @@ use crate::film::filter::Filter;
 use crate::film::{ErrorEstimate, Film};
 use crate::integrator::RayCounts;
 use crate::integrator::irradiance_cache::IrradianceCache;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// The state of a render so far.
@@ -27,6 +29,12 @@ pub struct Rendered {
     /// The number of uniformly distributed samples per pixel with the same error, for an adaptive render; `None` where
     /// samples are distributed uniformly.
     pub worth: Option<f64>,
+    /// The allocation of samples to the pixels of an adaptive render, once its pilot is over.
+    pub allocation: Option<Arc<Allocation>>,
+    /// Whether this is the pilot, or a part of the pilot, of an adaptive render whose other samples are taken elsewhere.
+    pub is_pilot: bool,
+    /// Whether some pixels of an adaptive render have more samples than at its level, after an interruption.
+    pub is_uneven: bool,
     /// Time that the rendering took.
     pub elapsed: Duration,
     /// Rays traced.
@@ -63,6 +71,9 @@ impl Rendered {
             first: 0,
             spp: 0,
             worth: None,
+            allocation: None,
+            is_pilot: false,
+            is_uneven: false,
             elapsed: Duration::ZERO,
             rays: RayCounts::default(),
             rejected: Rejected::default(),

@@ -131,14 +131,22 @@ impl<'a> Run<'a> {
         let mut planner = PassPlanner::new(budget, step, forecast_input)
             .resumed_from(rendered.spp, looks)
             .restored(rendered.planner, rendered.elapsed);
-        let mut allocator = SampleAllocator::new(settings);
+        let known = rendered.allocation.clone();
+        let mut allocator = SampleAllocator::new(settings, rendered.is_pilot, known);
+        let pixels = settings.window.pixel_count();
+        let firsts = allocator.counts(pixels, self.first);
         let mut shown = Shown::default();
         let mut checkpoints = Checkpoints::new(self.observer.checkpoint_interval(), self.start);
         let (mut last_look, mut pause) = (self.start, TIME_BETWEEN_LOOKS);
         let mut is_reached = false;
         while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.left()) {
+            let samples = match allocator.is_in_pilot() {
+                true => samples.min(left_of_pilot(budget, planner.spp())),
+                false => samples,
+            };
             let film = &mut rendered.film;
-            let deal = allocator.deal(film, planner.spp(), planner.spp() + samples);
+            let level = self.first + planner.spp();
+            let deal = allocator.deal(film, &firsts, level..level + samples);
             if deal == SampleAllocation::Nothing {
                 is_reached = true;
                 break;
@@ -146,7 +154,7 @@ impl<'a> Run<'a> {
             self.pass(
                 film,
                 rendered.cache.as_ref(),
-                deal,
+                (deal, &firsts),
                 samples,
                 &planner,
                 shown,
@@ -164,7 +172,7 @@ impl<'a> Run<'a> {
                 let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
                 let estimate = film.error(confidence);
                 if is_due {
-                    planner.add_look(estimate, allocator.allocation());
+                    planner.add_look(estimate, self.of_whole(&allocator));
                 }
                 let elapsed = self.start.elapsed();
                 let pilots = shown.predicted.filter(|predicted| !predicted.is_rough);
@@ -176,12 +184,12 @@ impl<'a> Run<'a> {
             let used = planner.fraction(planner.spp() as f64, self.start.elapsed());
             allocator.pass_done(film, planner.spp(), used);
             if checkpoints.is_due() {
-                self.record(rendered, &planner, allocator.allocation());
+                self.record(rendered, &planner, &allocator);
                 self.observer.checkpoint(rendered);
                 checkpoints.made();
             }
         }
-        self.record(rendered, &planner, allocator.allocation());
+        self.record(rendered, &planner, &allocator);
         rendered.cancelled = self.cancelled.into_inner();
         // Where another limit ends the render between two looks, the error may be small enough already.
         rendered.reached = is_reached
@@ -207,12 +215,7 @@ impl<'a> Run<'a> {
     }
 
     /// Records the complete passes in the state of the render.
-    fn record(
-        &self,
-        rendered: &mut Rendered,
-        planner: &PassPlanner,
-        allocation: Option<&Allocation>,
-    ) {
+    fn record(&self, rendered: &mut Rendered, planner: &PassPlanner, allocator: &SampleAllocator) {
         let settings = self.settings;
         let totals = self.totals.lock();
         let mut totals = totals.expect("no thread panics while it holds this");
@@ -221,7 +224,11 @@ impl<'a> Run<'a> {
             Adaptive::Greedy => rendered.film.sample_count() / settings.window.pixel_count(),
             Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
         };
-        rendered.worth = allocation.map(|it| it.worth(planner.spp()));
+        let of_whole = self.of_whole(allocator);
+        rendered.worth = of_whole.map(|it| it.worth(planner.spp()));
+        rendered.allocation = allocator.allocation().cloned();
+        rendered.is_uneven = settings.adaptive == Adaptive::TwoPhase
+            && self.is_ahead(&rendered.film, allocator, planner.spp());
         rendered.elapsed = self.before + self.start.elapsed();
         rendered.rays += totals.rays;
         rendered.rejected.merge(totals.rejected);
@@ -229,12 +236,30 @@ impl<'a> Run<'a> {
         rendered.planner = Some(planner.state());
     }
 
+    /// The allocation of a render that has all samples from the first on. Without these, nothing is known of the error.
+    fn of_whole<'b>(&self, allocator: &'b SampleAllocator) -> Option<&'b Allocation> {
+        let allocation = allocator.allocation().filter(|_| self.first == 0);
+        allocation.map(AsRef::as_ref)
+    }
+
+    /// Whether pixels have other counts than those of `spp` complete samples per pixel.
+    fn is_ahead(&self, film: &Film, allocator: &SampleAllocator, spp: u64) -> bool {
+        let pixels = film.window().pixel_count();
+        let mut counts = allocator.counts(pixels, self.first + spp);
+        for (count, first) in counts.iter_mut().zip(allocator.counts(pixels, self.first)) {
+            *count = count.saturating_sub(first);
+        }
+        let expected = film.per_tile(&counts).into_iter();
+        let mut tiles = film.tiles().iter().zip(expected);
+        tiles.any(|(tile, counts)| tile.counts.as_ref() != Some(&counts))
+    }
+
     /// Takes the samples of one pass: `samples` in every pixel, if they are distributed evenly.
     fn pass(
         &self,
         film: &mut Film,
         cache: Option<&IrradianceCache>,
-        deal: SampleAllocation,
+        (deal, firsts): (SampleAllocation, &[u64]),
         samples: u64,
         planner: &PassPlanner,
         shown: Shown,
@@ -249,11 +274,12 @@ impl<'a> Run<'a> {
             SampleRange::Same(self.first + first.min(end)..self.first + end)
         };
         let sample_range: Vec<SampleRange> = match deal {
-            SampleAllocation::UpTo(counts) => film
-                .per_tile(&counts)
-                .into_iter()
-                .map(SampleRange::Each)
-                .collect(),
+            SampleAllocation::UpTo(counts) => {
+                let firsts = film.per_tile(firsts).into_iter();
+                let counts = film.per_tile(&counts).into_iter();
+                let of_tile = |(firsts, counts)| SampleRange::Each { firsts, counts };
+                firsts.zip(counts).map(of_tile).collect()
+            }
             _ => film.tiles().iter().map(same).collect(),
         };
         let sampler = dispatch::sampler(self.settings, Batches::new(BATCHES));
@@ -305,7 +331,8 @@ impl<'a> Run<'a> {
         // Chains belong to a round of the batches, so that passes and shards may be of any length.
         let rounds = planner.spp() / BATCHES..(planner.spp() + samples) / BATCHES;
         // After an interrupted pass, seeds that it has not used.
-        let begun = splats.path_count() - planner.spp() * pixels;
+        let whole = planner.spp().saturating_mul(pixels);
+        let begun = splats.path_count().saturating_sub(whole);
         let seed = hash::combine(settings.seed, begun);
         metropolis::batches().for_each(|batch| {
             for round in rounds.clone() {
@@ -347,5 +374,18 @@ impl<'a> Run<'a> {
             rel_rmse: shown.rel_rmse,
             predicted: shown.predicted,
         });
+    }
+}
+
+/// The samples per pixel after which the pilot of an adaptive render is over. Where nothing but samples limits the
+/// render, its length depends on nothing else; elsewhere it ends between passes.
+fn left_of_pilot(budget: Budget, spp: u64) -> u64 {
+    match budget {
+        Budget {
+            spp: Some(_),
+            time: None,
+            error: None,
+        } if spp < budget.pilot() => budget.pilot() - spp,
+        _ => u64::MAX,
     }
 }

@@ -28,9 +28,9 @@ pub struct Rejected {
 }
 
 impl Rejected {
-    /// Merges other rejected samples; the result does not depend on the order.
+    /// Merges other rejected samples, of which at most 2^64 - 1 are counted; the result does not depend on the order.
     pub fn merge(&mut self, other: Self) {
-        self.count += other.count;
+        self.count = self.count.saturating_add(other.count);
         self.first = self.first.into_iter().chain(other.first).min();
     }
 }

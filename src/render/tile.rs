@@ -29,8 +29,14 @@ const LARGEST_WEIGHT: f32 = 16.0;
 pub enum SampleRange {
     /// The range of every pixel.
     Same(Range<u64>),
-    /// The end of each pixel's range, which begins at its count so far.
-    Each(Vec<u64>),
+    /// For each pixel the index of its first sample in the film, and the count that it is to have there. The range begins
+    /// after the samples that the pixel has.
+    Each {
+        /// The index of the first sample.
+        firsts: Vec<u64>,
+        /// The count to be reached.
+        counts: Vec<u64>,
+    },
 }
 
 impl SampleRange {
@@ -38,7 +44,11 @@ impl SampleRange {
     pub fn sample_count(&self, tile: &Tile) -> u64 {
         match self {
             Self::Same(range) => (range.end - range.start) * tile.window.pixel_count(),
-            Self::Each(ends) => ends.iter().sum::<u64>() - tile.sample_count(),
+            Self::Each { counts, .. } => {
+                let counts = counts.iter().copied();
+                let sum = counts.fold(0, u64::saturating_add);
+                sum.saturating_sub(tile.sample_count())
+            }
         }
     }
 }
@@ -161,9 +171,9 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         }
         match sample_range {
             SampleRange::Same(range) => tile.samples += range.end - range.start,
-            SampleRange::Each(ends) => {
-                tile.samples = ends.iter().copied().min().unwrap_or(tile.samples);
-                tile.counts = Some(ends);
+            SampleRange::Each { counts, .. } => {
+                tile.samples = counts.iter().copied().min().unwrap_or(tile.samples);
+                tile.counts = Some(counts);
             }
         }
         std::mem::take(&mut self.tally)
@@ -183,9 +193,10 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         for lane in in_tile.each() {
             ranges[lane] = match sample_range {
                 SampleRange::Same(range) => range.clone(),
-                SampleRange::Each(ends) => {
+                SampleRange::Each { firsts, counts } => {
                     let pixel = tile.window.index(block.pixel(lane));
-                    tile.count(pixel)..ends[pixel]
+                    let first = firsts[pixel];
+                    first + tile.count(pixel)..first + counts[pixel]
                 }
             };
         }

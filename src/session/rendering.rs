@@ -16,7 +16,7 @@ use crate::render::auto::{PathChoices, Recommendation, Settled, settle};
 use crate::render::options::RenderOptions;
 use crate::render::settings::Adaptive;
 use crate::render::settings::{Budget, RenderSettings};
-use crate::render::{RenderObserver, Rendered, check, resume};
+use crate::render::{RenderObserver, Rendered, check, check_is_lit, resume};
 use crate::state::Fingerprint;
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -66,8 +66,8 @@ impl Rendering {
     /// call.
     ///
     /// # Errors
-    /// A session that has changed since the rendering began, or is another one; an adaptive render that has begun and is not
-    /// complete. The samples so far are kept.
+    /// A session that has changed since the rendering began, or is another one; a greedy adaptive render that has begun and
+    /// is not complete. The samples so far are kept.
     pub fn continue_until(
         &mut self,
         session: &Session,
@@ -82,7 +82,11 @@ impl Rendering {
             until,
             &mut self.rendered,
             observer,
-        )
+        )?;
+        match self.shard {
+            Some(_) => Ok(()),
+            None => check_is_lit(&self.settings, &self.rendered),
+        }
     }
 
     /// Takes this many additional samples per pixel.
@@ -182,7 +186,7 @@ fn check_room(settings: &RenderSettings, filter: &Filter) -> Result<()> {
 fn memory_of(settings: &RenderSettings, filter: &Filter) -> u64 {
     let has_counts = settings.adaptive != Adaptive::Off;
     let of_pixel = usize::from(settings.splats()) * Splats::BYTES_PER_PIXEL
-        + usize::from(has_counts) * 2 * size_of::<u64>();
+        + usize::from(has_counts) * Film::BYTES_OF_COUNTS;
     let others = settings
         .window
         .pixel_count()

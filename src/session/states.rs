@@ -1,18 +1,23 @@
 //! State files of renderings: shards, checkpoints, and how a render continues from them.
 //!
 //! Measure: sample indices.
-//! Range: a render of a known number of samples is divided into shards. Adaptive renders have no state files.
+//! Range: a render of a known number of samples is divided into shards. Of adaptive renders, the pilot is divided, and given
+//! its state the samples after it. Greedy ones have no state files.
 //! Source: none needed. Tested in `tests/rendering/state.rs` and `cli/tests/command/shards.rs`.
 
 use super::{Rendering, Session, layers};
 use crate::error::{Error, Result};
+use crate::film::Film;
 use crate::image::Layer;
 use crate::integrator::kind::IntegratorKind;
+use crate::render::adaptive::allocation::Allocation;
 use crate::render::options::RenderOptions;
 use crate::render::settings::{Adaptive, Budget};
 use crate::render::{RenderObserver, Rendered};
-use crate::state::{Fingerprint, Header, Shard, State, fingerprint};
+use crate::state::{Fingerprint, Header, Pilot, Shard, State, describe, fingerprint};
+use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 impl Session {
     /// Continues a render from its state, on the session's threads. The options may ask for more samples, a time or an
@@ -20,7 +25,7 @@ impl Session {
     ///
     /// # Errors
     /// The errors of [`Session::start`]; a state of another scene, of other settings or of another version; an error to reach
-    /// by a shard.
+    /// by a shard; a state of an adaptive render whose samples were distributed by a pilot.
     pub fn resume(
         &self,
         options: &RenderOptions,
@@ -28,62 +33,171 @@ impl Session {
         observer: &dyn RenderObserver,
     ) -> Result<Rendering> {
         let mut rendering = self.start_watched(options, observer)?;
-        let identity = rendering.identity(self)?;
-        let differences = identity.differences(&state.header.identity, "this render", "the state");
+        rendering.continue_from(self, state)?;
+        Ok(rendering)
+    }
+}
+
+impl Rendering {
+    /// Continues from a state, in place of a beginning, as [`Session::resume`] does. The samples of adaptive renders are
+    /// distributed by a pilot first.
+    ///
+    /// # Errors
+    /// The errors of [`Session::resume`]; a state whose samples were distributed by another pilot than those here.
+    pub fn continue_from(&mut self, session: &Session, state: State) -> Result<()> {
+        self.check_is_of(session, &state)?;
+        let header = &state.header;
+        let pilot = self.rendered.allocation.as_deref().map(Pilot::of);
+        let is_adaptive = self.settings.adaptive == Adaptive::TwoPhase;
+        let wrong = match (&header.pilot, &pilot) {
+            _ if self.settings.adaptive == Adaptive::Greedy => {
+                "a greedy adaptive render cannot be continued"
+            }
+            (Some(a), Some(b)) if a != b => "its samples were distributed by another pilot",
+            (Some(_), None) => "its samples were distributed by a pilot: give the pilot by --pilot",
+            (None, Some(_)) => "it is of a pilot, not of samples that a pilot distributed",
+            (None, None) if is_adaptive && header.shard.is_none() => {
+                "it is of a pilot: --pilot instead of --resume continues after it"
+            }
+            _ => "",
+        };
+        if !wrong.is_empty() {
+            return Err(Error::usage(format!(
+                "cannot continue from this state: {wrong}"
+            )));
+        }
+        self.shard = header.shard.map(|[first, end]| first..end);
+        if self.shard.is_some() && self.settings.budget.error.is_some() {
+            return Err(Error::usage(
+                "a shard has a known number of samples: leave out --error",
+            ));
+        }
+        self.rendered.is_pilot = is_adaptive && pilot.is_none();
+        state.continue_in(&mut self.rendered)
+    }
+
+    /// Checks that a state is one of this render, and keeps the sums that it does.
+    fn check_is_of(&self, session: &Session, state: &State) -> Result<()> {
+        let (settings, header) = (&self.settings, &state.header);
+        let identity = self.identity(session)?;
+        let differences = identity.differences(&header.identity, "this render", "the state");
         if !differences.is_empty() {
             return Err(Error::usage(format!(
                 "cannot continue from the state of another render: {}",
                 differences.join("; ")
             )));
         }
-        if state.header.window != rendering.settings.window {
+        if header.window != settings.window {
             return Err(Error::usage("the state is of another part of the image"));
         }
-        rendering.shard = state.header.shard.map(|[first, end]| first..end);
-        if rendering.shard.is_some() && rendering.settings.budget.error.is_some() {
+        let sums = |film: &Film| (film.reach(), film.splats().is_some(), film.has_counts());
+        let own = (
+            settings.reach(&session.filter),
+            settings.splats(),
+            settings.adaptive != Adaptive::Off,
+        );
+        match sums(&state.film) == own {
+            true => Ok(()),
+            false => Err(Error::usage("the state has other sums than this render")),
+        }
+    }
+
+    /// Lets a pilot distribute the samples of an adaptive render that has not begun.
+    ///
+    /// # Errors
+    /// A state that is not the whole pilot of this render; a render that has begun.
+    pub fn distribute_by(&mut self, session: &Session, pilot: &State) -> Result<()> {
+        self.check_has_not_begun()?;
+        if self.settings.adaptive != Adaptive::TwoPhase {
             return Err(Error::usage(
-                "the state is of a shard, which has a known number of samples: leave --error out, and give it to `etendue merge`",
+                "only a two-phase adaptive render has a pilot: give --adaptive, too",
             ));
         }
-        let nothing = Rendered::nothing(&rendering.settings, &self.filter);
-        rendering.rendered = state.into_rendered(nothing)?;
-        Ok(rendering)
+        self.check_is_of(session, pilot)?;
+        let header = &pilot.header;
+        let samples = Budget::samples(header.spp.unwrap_or(0)).pilot();
+        let counts = pilot.film.tiles().iter().flat_map(|tile| &tile.counts);
+        let is_even = counts.flatten().all(|&count| count == samples);
+        if header.pilot.is_some() || header.done != [[0, samples]] || !is_even {
+            return Err(Error::usage(format!(
+                "is not a whole pilot, which has samples 0..{samples} of every pixel and no others: it has {}",
+                match (&header.pilot, header.done.as_slice()) {
+                    (Some(_), _) => "samples that a pilot distributed".to_owned(),
+                    (None, []) => "none".to_owned(),
+                    (None, done) => describe(done),
+                }
+            )));
+        }
+        let allocation = Allocation::by_pilot(&pilot.film, samples);
+        self.rendered.allocation = Some(Arc::new(allocation));
+        Ok(())
     }
-}
 
-impl Rendering {
-    /// Restricts a render that has not begun to a shard of its samples.
+    /// Lets a pilot distribute the samples of an adaptive render that has not begun, and continues from its samples.
+    ///
+    /// # Errors
+    /// The errors of [`Self::distribute_by`].
+    pub fn continue_after(&mut self, session: &Session, pilot: State) -> Result<()> {
+        self.distribute_by(session, &pilot)?;
+        pilot.continue_in(&mut self.rendered)
+    }
+
+    /// Restricts a render that has not begun to a shard of its samples. Of an adaptive render, it is a part of the pilot, or
+    /// of the samples that the pilot distributes.
     ///
     /// # Errors
     /// A render that cannot be divided, or not so; one that has begun.
     pub fn restrict(&mut self, shard: Shard) -> Result<()> {
-        if self.rendered.film.sample_count() > 0 {
-            return Err(Error::usage(
-                "a render that has begun cannot become a shard",
-            ));
-        }
-        let settings = &self.settings;
-        self.check_can_be_kept()?;
-        let (None, Some(spp)) = (settings.budget.error, self.whole_spp()) else {
-            return Err(Error::usage(
-                "a shard is a part of a known number of samples: give --spp, and no --error; `etendue plan SCENE --shards --error` tells how many samples an error takes",
-            ));
+        self.check_has_not_begun()?;
+        let all = self.divisible();
+        let is_pilot = match self.settings.adaptive {
+            Adaptive::Off => false,
+            Adaptive::TwoPhase => self.rendered.allocation.is_none(),
+            Adaptive::Greedy => return self.check_can_be_kept(),
         };
-        let samples = shard.samples(spp)?;
+        let samples = match is_pilot {
+            true => part_of_pilot(shard, all?.end)?,
+            false => all.and_then(|all| shard.samples_after(all.start, all.end))?,
+        };
+        self.rendered.is_pilot = is_pilot;
         self.rendered.first = samples.start;
         self.shard = Some(samples);
         Ok(())
     }
 
+    fn check_has_not_begun(&self) -> Result<()> {
+        match self.rendered.film.sample_count() {
+            0 => Ok(()),
+            _ => Err(Error::usage(
+                "a render that has begun can neither become a shard nor follow a pilot",
+            )),
+        }
+    }
+
+    /// The samples per pixel of the whole render, which shards are parts of.
+    fn known_spp(&self) -> Result<u64> {
+        let spp = self
+            .whole_spp()
+            .filter(|_| self.settings.budget.error.is_none());
+        spp.ok_or_else(|| {
+            Error::usage(
+                "a shard is a part of a known number of samples: give --spp, and no --error; `etendue plan SCENE --shards --error` tells how many samples an error takes",
+            )
+        })
+    }
+
     /// Checks that the render can have state files.
     ///
     /// # Errors
-    /// An adaptive render.
+    /// A greedy adaptive render; a two-phase one that is no part of a pilot and whose pilot is not known.
     pub fn check_can_be_kept(&self) -> Result<()> {
+        let is_distributed = self.rendered.is_pilot || self.rendered.allocation.is_some();
         match self.settings.adaptive {
             Adaptive::Off => Ok(()),
-            Adaptive::TwoPhase | Adaptive::Greedy => Err(Error::usage(
-                "the samples of an adaptive render depend on its pilot and its passes, so that it has no shards and no checkpoints: use --adaptive=off",
+            Adaptive::TwoPhase if is_distributed => Ok(()),
+            Adaptive::TwoPhase => Err(without_pilot(self.settings.budget.pilot())),
+            Adaptive::Greedy => Err(Error::usage(
+                "the samples of a greedy adaptive render depend on its passes, so that it has no shards and no checkpoints: use --adaptive, or --adaptive=off",
             )),
         }
     }
@@ -106,8 +220,17 @@ impl Rendering {
         }
     }
 
+    /// The samples that shards of this render divide: all, or those after the pilot.
+    ///
+    /// # Errors
+    /// A render of an unknown number of samples.
+    pub fn divisible(&self) -> Result<Range<u64>> {
+        let pilot = self.rendered.allocation.as_ref();
+        Ok(pilot.map_or(0, |it| it.pilot())..self.known_spp()?)
+    }
+
     /// The samples of the shard, if this is one.
-    pub fn shard(&self) -> Option<std::ops::Range<u64>> {
+    pub fn shard(&self) -> Option<Range<u64>> {
         self.shard.clone()
     }
 
@@ -172,6 +295,22 @@ impl Rendering {
     }
 }
 
+/// The samples of a shard that is a part of the pilot of an adaptive render of `spp` samples per pixel.
+fn part_of_pilot(shard: Shard, spp: u64) -> Result<Range<u64>> {
+    let pilot = Budget::samples(spp).pilot();
+    match shard {
+        Shard::Samples { end, .. } if end <= pilot => shard.samples(spp),
+        Shard::Samples { .. } | Shard::Part { .. } => Err(without_pilot(pilot)),
+    }
+}
+
+/// The error for samples that a pilot of this many samples has to distribute.
+fn without_pilot(pilot: u64) -> Error {
+    Error::usage(format!(
+        "the samples of an adaptive render are distributed by its pilot, which shards and checkpoints need: render the pilot by --shard 0..{pilot} -o pilot.etd, and give it by --pilot pilot.etd; or use --adaptive=off"
+    ))
+}
+
 /// Writes the state of a render to a file, given the header of its state files.
 ///
 /// # Errors
@@ -188,7 +327,8 @@ pub fn save(header: Header, rendered: &Rendered, layers: Vec<Layer>, path: &Path
 
 /// Whether Markov chains have splats of a pass that is not complete.
 fn is_cut(rendered: &Rendered) -> bool {
-    let whole = rendered.spp * rendered.film.window().pixel_count();
+    let pixels = rendered.film.window().pixel_count();
+    let whole = rendered.spp.saturating_mul(pixels);
     let splats = rendered.film.splats();
     splats.is_some_and(|splats| splats.path_count() != whole)
 }

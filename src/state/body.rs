@@ -7,12 +7,15 @@
 //! Range: a body that is too short, too long or has a number that no sum has is an error that names the byte.
 //! Source: none needed. Tested in `tests/rendering/state.rs` and `tests/fuzz_corpus.rs`.
 
-use super::header::{Header, damaged};
+use super::header::{Header, MOST_COUNTED, damaged};
 use crate::error::Result;
-use crate::film::Film;
+use crate::film::batches::BATCHES;
 use crate::film::pixel::Sums;
 use crate::film::splatted::Splatted;
+use crate::film::{Film, Tile};
 use crate::image::Layer;
+use crate::render::settings::MOST_SPP;
+use rayon::prelude::*;
 use std::io::{self, Write};
 
 /// The doubles of the sums of a pixel whose samples contribute to several: one for each bit.
@@ -23,6 +26,14 @@ pub fn write(film: &Film, layers: &[Layer], writer: &mut impl Write) -> io::Resu
     let tiles = film.tiles();
     for tile in tiles {
         writer.write_all(&tile.samples.to_le_bytes())?;
+    }
+    for tile in tiles {
+        if let (Some(counts), Some(rays)) = (&tile.counts, &tile.rays) {
+            for (count, rays) in counts.iter().zip(rays) {
+                writer.write_all(&count.to_le_bytes())?;
+                writer.write_all(&rays.to_le_bytes())?;
+            }
+        }
     }
     for tile in tiles {
         for sums in &tile.pixels {
@@ -70,31 +81,42 @@ pub fn add_to(header: &Header, body: &[u8], film: &mut Film) -> Result<Vec<Layer
         length: body.len(),
     };
     let pixels = header.window.pixel_count() as usize;
-    let (tiles, splats) = film.tiles_and_splats();
+    let (tiles, splats) = film.parts_mut();
     for tile in &mut *tiles {
-        let samples = u64::from_le_bytes(reader.take()?);
-        let (least, is_even) = (header.samples(), !header.is_uneven);
-        if samples < least || (is_even && samples > least) {
-            return Err(reader.damaged("as many samples as the header says"));
-        }
-        let sum = tile.samples.checked_add(samples);
-        tile.samples = sum.ok_or_else(|| reader.damaged("fewer than 2^64 samples"))?;
+        reader.add_samples(header, &mut tile.samples)?;
     }
-    for tile in tiles {
-        for sums in &mut tile.pixels {
-            reader.add_sums(sums)?;
-        }
-        for sums in tile.splatted.iter_mut().flat_map(Splatted::sums_mut) {
-            reader.add_sums(sums)?;
-        }
+    for tile in &mut *tiles {
+        reader.add_counts(tile)?;
     }
+    // The masks tell where the sums of each tile begin, so that threads add them side by side.
+    let mut of_tiles = Vec::with_capacity(tiles.len());
+    for tile in &mut *tiles {
+        let start = reader;
+        reader.skip(tile.pixels.len())?;
+        let splatted = tile.splatted.as_mut().map(Splatted::sums_mut);
+        reader.skip(splatted.as_ref().map_or(0, |sums| sums.len()))?;
+        of_tiles.push((start, &mut tile.pixels, splatted));
+    }
+    let add = |(mut reader, pixels, splatted): (Reader<'_>, &mut Vec<_>, Option<&mut [_]>)| {
+        pixels.iter_mut().try_for_each(|it| reader.add_sums(it))?;
+        let mut splatted = splatted.into_iter().flatten();
+        splatted.try_for_each(|it| reader.add_sums(it))
+    };
+    of_tiles.into_par_iter().try_for_each(add)?;
     if let (Some(splats), Some(paths)) = (splats, header.paths) {
         for (batch, count) in (0..).zip(paths) {
             splats.add_paths(batch, count);
         }
-        for pixel in 0..pixels {
-            splats.change_pixel(pixel, |sums| reader.add_sums(sums))?;
+        let mut of_rows = vec![];
+        for row in splats.rows_mut() {
+            let start = reader;
+            reader.skip(row.len())?;
+            of_rows.push((start, row));
         }
+        let add = |(mut reader, row): (Reader<'_>, &mut [_])| {
+            row.iter_mut().try_for_each(|it| reader.add_sums(it))
+        };
+        of_rows.into_par_iter().try_for_each(add)?;
     }
     let mut layers = vec![];
     for name in &header.layers {
@@ -111,6 +133,7 @@ pub fn add_to(header: &Header, body: &[u8], film: &mut Film) -> Result<Vec<Layer
 }
 
 /// The part of a body that has not been read.
+#[derive(Clone, Copy)]
 struct Reader<'a> {
     left: &'a [u8],
     /// The length of the body.
@@ -128,21 +151,86 @@ impl Reader<'_> {
         }
     }
 
+    /// Adds the sample count of a tile.
+    fn add_samples(&mut self, header: &Header, sum: &mut u64) -> Result<()> {
+        let samples = u64::from_le_bytes(self.take()?);
+        let (least, is_even) = (header.samples(), !header.is_uneven);
+        // Where pixels have counts of their own, the tile's is the least of these.
+        let is_wrong = samples < least || (is_even && samples > least);
+        if samples > MOST_SPP || (is_wrong && !header.has_counts) {
+            return Err(self.damaged("as many samples as the header says"));
+        }
+        *sum = self.sum(*sum, samples)?;
+        Ok(())
+    }
+
+    /// Adds the counts of the pixels of a tile, if they have counts of their own.
+    fn add_counts(&mut self, tile: &mut Tile) -> Result<()> {
+        let (Some(counts), Some(rays)) = (&mut tile.counts, &mut tile.rays) else {
+            return Ok(());
+        };
+        for (sum, rays) in counts.iter_mut().zip(rays) {
+            let count = u64::from_le_bytes(self.take()?);
+            if count > MOST_SPP || !count.is_multiple_of(BATCHES) {
+                return Err(self.damaged("samples in whole rounds, at most 2^46"));
+            }
+            *sum = self.sum(*sum, count)?;
+            let more = u64::from_le_bytes(self.take()?);
+            if more > MOST_COUNTED {
+                return Err(self.damaged("at most 2^61 rays"));
+            }
+            *rays = self.sum(*rays, more)?;
+        }
+        tile.samples = counts.iter().copied().min().unwrap_or(0);
+        Ok(())
+    }
+
+    fn sum(&self, sum: u64, more: u64) -> Result<u64> {
+        let sum = sum.checked_add(more);
+        sum.ok_or_else(|| self.damaged("fewer than 2^64 samples and rays"))
+    }
+
+    /// Passes over the sums of this many pixels.
+    fn skip(&mut self, count: usize) -> Result<()> {
+        for _ in 0..count {
+            let mask = u32::from_le_bytes(self.take()?);
+            let left = self.left.get(8 * mask.count_ones() as usize..);
+            self.left = left.ok_or_else(|| self.damaged("more sums, but the file ends"))?;
+        }
+        Ok(())
+    }
+
     /// Adds the sums of a pixel to other sums.
     fn add_sums<const C: usize>(&mut self, sums: &mut Sums<C>) -> Result<()> {
         let mut mask = u32::from_le_bytes(self.take()?);
         if u64::from(mask) >> Sums::<C>::DOUBLES != 0 {
             return Err(self.damaged("24 bits that tell which doubles are not 0"));
         }
-        while mask != 0 {
-            let double = f64::from_le_bytes(self.take()?);
-            if !double.is_finite() {
-                return Err(self.damaged("a finite sum"));
+        // Most sums have no rounding errors, and no channel that is black.
+        if mask == (1 << (Sums::<C>::DOUBLES / 2)) - 1 {
+            for batch in 0..BATCHES {
+                let mut terms = [0.0; C];
+                for term in &mut terms {
+                    *term = self.take_finite()?;
+                }
+                sums.add_terms(batch, terms);
             }
+            return Ok(());
+        }
+        while mask != 0 {
+            let double = self.take_finite()?;
             sums.add_double(mask.trailing_zeros() as usize, double);
             mask &= mask - 1;
         }
         Ok(())
+    }
+
+    fn take_finite(&mut self) -> Result<f64> {
+        let double = f64::from_le_bytes(self.take()?);
+        match double.is_finite() {
+            true => Ok(double),
+            false => Err(self.damaged("a finite sum")),
+        }
     }
 
     fn damaged(&self, expected: &str) -> crate::error::Error {

@@ -78,18 +78,61 @@ pub fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// Reads the bytes of a file.
+/// Reads the bytes of a file, into memory that held others before.
 ///
 /// # Errors
 /// A file that cannot be read, and too little memory.
-pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+pub fn read_bytes(path: &Path, mut bytes: Vec<u8>) -> Result<Vec<u8>> {
     let cannot_read = |error| Error::io("cannot read", path, error);
     let metadata = fs::metadata(path).map_err(cannot_read)?;
     if !metadata.is_file() {
         return Err(cannot_read(io::Error::other("not a regular file")));
     }
-    memory::check(metadata.len(), || format!("the file {}", path.display()))?;
-    fs::read(path).map_err(cannot_read)
+    let mut file = fs::File::open(path).map_err(cannot_read)?;
+    bytes.clear();
+    let more = metadata.len().saturating_sub(bytes.capacity() as u64);
+    memory::check(more, || format!("the file {}", path.display()))?;
+    let length = usize::try_from(metadata.len()).map_err(|_| cannot_read(too_large()))?;
+    bytes
+        .try_reserve_exact(length)
+        .map_err(|_| cannot_read(too_large()))?;
+    file.read_to_end(&mut bytes).map_err(cannot_read)?;
+    Ok(bytes)
+}
+
+fn too_large() -> io::Error {
+    io::ErrorKind::OutOfMemory.into()
+}
+
+/// A file whose checksum was found to be right.
+pub struct Checked {
+    /// The header.
+    pub header: Header,
+    /// All bytes of the file.
+    pub bytes: Vec<u8>,
+}
+
+impl Checked {
+    /// Reads a file, into memory that held another before, and compares its checksum.
+    ///
+    /// # Errors
+    /// The errors of [`read_bytes`] and [`checked`], with the name of the file.
+    pub fn read(path: &Path, memory: Vec<u8>) -> Result<Self> {
+        let bytes = read_bytes(path, memory)?;
+        let (header, _) = checked(&bytes).map_err(|error| error.in_file(path))?;
+        Ok(Self { header, bytes })
+    }
+
+    /// The bytes between the header and the checksum.
+    ///
+    /// # Errors
+    /// None, since the checksum was right.
+    pub fn body(&self) -> Result<&[u8]> {
+        let start = BEFORE_HEADER + header_length(&self.bytes)?;
+        let end = self.bytes.len().saturating_sub(CHECKSUM);
+        let body = self.bytes.get(start..end);
+        body.ok_or_else(|| too_short(self.bytes.len()))
+    }
 }
 
 /// Reads the header of a file. The checksum is not compared.

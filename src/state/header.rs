@@ -1,7 +1,8 @@
 //! The header of a state file: all that is known of the samples but their sums.
 //!
 //! Measure: stated at each field.
-//! Range: [`Header::check`] refuses a header that no render writes.
+//! Range: [`Header::check`] refuses a header that no render writes. Of adaptive renders, numbers of samples are levels,
+//! means over the pixels.
 //! Source: none needed. Tested in `tests/rendering/state.rs`.
 
 use super::fingerprint::Fingerprint;
@@ -14,10 +15,37 @@ use crate::film::{Film, Window};
 use crate::image::{Layer, MAX_SIDE};
 use crate::integrator::RayCounts;
 use crate::memory;
+use crate::render::adaptive::allocation::Allocation;
 use crate::render::budget::PlannerState;
 use crate::render::convergence::Look;
+use crate::render::settings::MOST_SPP;
 use crate::render::{Rejected, Rendered};
 use serde::{Deserialize, Serialize};
+
+/// The largest count of rays, light paths or rejected samples, so that those of a few files can be added.
+pub(super) const MOST_COUNTED: u64 = 1 << 61;
+
+/// The longest time of rendering, in seconds.
+const LONGEST: f64 = 1e15;
+
+/// The pilot of an adaptive render, which decides the counts of its other samples.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Pilot {
+    /// The samples of every pixel in the pilot.
+    pub samples: u64,
+    /// The identity of its allocation.
+    pub identity: String,
+}
+
+impl Pilot {
+    /// The pilot of this allocation.
+    pub fn of(allocation: &Allocation) -> Self {
+        Self {
+            samples: allocation.pilot(),
+            identity: allocation.identity(),
+        }
+    }
+}
 
 /// All that is known of samples but their sums.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,6 +87,15 @@ pub struct Header {
     pub wants_layers: bool,
     /// The biases of the image, in words.
     pub bias: Vec<String>,
+    /// Whether each pixel has a count of samples and of rays, as in adaptive renders.
+    #[serde(default)]
+    pub has_counts: bool,
+    /// The pilot that decided the counts of samples; `None` for an even distribution, such as that of a pilot.
+    #[serde(default)]
+    pub pilot: Option<Pilot>,
+    /// The samples per pixel, distributed evenly, that those of an adaptive render are worth, if it is known.
+    #[serde(default)]
+    pub worth: Option<f64>,
 }
 
 impl Header {
@@ -83,6 +120,9 @@ impl Header {
             layers: vec![],
             wants_layers: false,
             bias: vec![],
+            has_counts: false,
+            pilot: None,
+            worth: None,
         }
     }
 
@@ -91,11 +131,18 @@ impl Header {
         let film = &rendered.film;
         let samples = film.tiles().iter().map(|tile| tile.samples);
         let (least, most) = (samples.clone().min(), samples.max());
-        let end = rendered.first + least.unwrap_or(0);
-        let done = [rendered.first, end];
+        // Where counts differ between pixels, their level is known.
+        let (spp, is_uneven) = match film.has_counts() {
+            true => (rendered.spp, rendered.is_uneven),
+            false => (least.unwrap_or(0), least != most),
+        };
+        let done = [rendered.first, rendered.first + spp];
         Self {
             done: Some(done).filter(|[a, b]| a < b).into_iter().collect(),
-            is_uneven: least != most,
+            is_uneven,
+            has_counts: film.has_counts(),
+            pilot: rendered.allocation.as_deref().map(Pilot::of),
+            worth: rendered.worth,
             tile_size: film.tile_size(),
             reach: film.reach(),
             seconds: rendered.elapsed.as_secs_f64(),
@@ -121,6 +168,7 @@ impl Header {
     pub fn empty_film(&self) -> Result<Film> {
         let Window { width, height, .. } = self.window;
         let of_pixel = usize::from(self.paths.is_some()) * Splats::BYTES_PER_PIXEL
+            + usize::from(self.has_counts) * Film::BYTES_OF_COUNTS
             + self.layers.len() * size_of::<f32>();
         let others = self.window.pixel_count().saturating_mul(of_pixel as u64);
         let sums = Film::memory(self.window, self.tile_size, self.reach);
@@ -129,6 +177,9 @@ impl Header {
         let mut film = Film::new(self.window, self.tile_size).with_reach(self.reach);
         if self.paths.is_some() {
             film = film.with_splats();
+        }
+        if self.has_counts {
+            film = film.with_counts();
         }
         Ok(film)
     }
@@ -151,22 +202,68 @@ impl Header {
                 self.tile_size, self.reach
             )));
         }
-        let is_empty = |[first, end]: &[u64; 2]| first >= end;
+        self.check_samples()?;
+        let pixels = self.window.pixel_count();
+        let tiles = |length: u32| u64::from(length.div_ceil(self.tile_size));
+        let sums = Film::sum_count(self.window, self.tile_size, self.reach);
+        let words = u64::from(self.paths.is_some())
+            + self.layers.len() as u64
+            + 4 * u64::from(self.has_counts);
+        let words = sums.saturating_add(words.saturating_mul(pixels));
+        let least = (8 * tiles(width) * tiles(height)).saturating_add(words.saturating_mul(4));
+        if least > body_length {
+            return Err(damaged(format!(
+                "its header says {width} x {height} pixels, which take at least {least} bytes, but {body_length} follow"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Refuses ranges of samples and counts that no render has.
+    fn check_samples(&self) -> Result<()> {
+        let is_wrong = |[first, end]: &[u64; 2]| {
+            first >= end || *end > MOST_SPP || !first.is_multiple_of(BATCHES)
+        };
         let are_apart = self.done.windows(2).all(|pair| pair[0][1] < pair[1][0]);
-        if self.done.iter().chain(&self.shard).any(is_empty) || !are_apart {
+        let mut ranges = self.done.iter().chain(&self.shard);
+        let begins_elsewhere = match (self.shard, self.done.first()) {
+            (Some([shard, _]), Some([first, _])) => shard != *first,
+            _ => false,
+        };
+        if ranges.any(is_wrong) || !are_apart || begins_elsewhere {
             return Err(damaged(format!(
                 "its header has impossible ranges of samples: {}",
                 describe(&self.done)
             )));
         }
-        let pixels = self.window.pixel_count();
-        let tiles = |length: u32| u64::from(length.div_ceil(self.tile_size));
-        let of_pixel = 4 * (1 + u64::from(self.paths.is_some()) + self.layers.len() as u64);
-        let least = 8 * tiles(width) * tiles(height) + of_pixel * pixels;
-        if least > body_length {
-            return Err(damaged(format!(
-                "its header says {width} x {height} pixels, which take at least {least} bytes, but {body_length} follow"
-            )));
+        let RayCounts {
+            camera,
+            closest,
+            shadow,
+        } = self.rays;
+        let mut counts = [camera, closest, shadow, self.rejected.count]
+            .into_iter()
+            .chain(self.paths.into_iter().flatten());
+        if counts.any(|count| count > MOST_COUNTED)
+            || self.spp.is_some_and(|spp| spp > MOST_SPP)
+            || !(0.0..=LONGEST).contains(&self.seconds)
+        {
+            return Err(damaged(
+                "its header has an impossible count of samples or rays, or an impossible time"
+                    .to_owned(),
+            ));
+        }
+        let may_have_counts = self.reach == 0 && self.paths.is_none();
+        let is_pilot = |pilot: &Pilot| {
+            (1..=MOST_SPP).contains(&pilot.samples) && pilot.samples.is_multiple_of(BATCHES)
+        };
+        let is_adaptive = self.has_counts && may_have_counts;
+        if (self.has_counts && !may_have_counts)
+            || !self.pilot.iter().all(|it| is_adaptive && is_pilot(it))
+        {
+            return Err(damaged(
+                "its header has an impossible distribution of samples over the pixels".to_owned(),
+            ));
         }
         Ok(())
     }

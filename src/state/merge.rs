@@ -1,19 +1,28 @@
 //! Merging: the sums of shards, added one file after the other.
 //!
 //! The headers of all files are compared before the first sum is added. Then each file is read whole, its checksum
-//! compared, and its sums added: the memory is that of one film and one file, for any number of files.
+//! compared, and its sums added, while the next file is read: the memory is that of one film and two files, for any number
+//! of files.
+//!
+//! The files of an adaptive render have ranges of levels (`render/adaptive/allocation.rs`). Once its pilot is merged, the
+//! allocation follows from the sums, and has to be that of the other files.
 //!
 //! Measure: sample indices.
-//! Range: files of one render, no sample of which is in two of them. Gaps are for the caller to judge.
+//! Range: files of one render, no sample of which is in two of them; one of them may end within a round of batches. Gaps
+//! are for the caller to judge.
 //! Source: none needed. Tested in `tests/rendering/state.rs` and `cli/tests/command/shards.rs`.
 
-use super::header::Header;
+use super::file::{self, Checked};
+use super::header::{Header, Pilot};
 use super::ranges::{describe, joined, missing};
-use super::{State, body, file};
+use super::{State, body};
 use crate::error::{Error, Result};
+use crate::film::batches::BATCHES;
 use crate::render::CONFIDENCE;
+use crate::render::adaptive::allocation::Allocation;
 use crate::render::convergence::Look;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The error is looked at when one part in this many of the samples is merged.
 const APART: u64 = 4;
@@ -30,7 +39,8 @@ impl Merge {
     ///
     /// # Errors
     /// A file that cannot be read or is not a state file; two files of different scenes, settings or versions, or with
-    /// the same samples; an interrupted render; no file, or none with samples.
+    /// the same samples; two files that end within a round of batches; an interrupted render; no file, or none with
+    /// samples.
     pub fn of(files: &[PathBuf]) -> Result<Self> {
         let mut parts = vec![];
         for file in files {
@@ -53,6 +63,8 @@ impl Merge {
             check_same(first, its_header, other, header)?;
         }
         check_apart(&parts)?;
+        check_rounds(&parts)?;
+        check_pilots(&parts)?;
         parts.sort_by_key(|(_, header)| header.done[0]);
         Ok(Self { parts })
     }
@@ -82,7 +94,8 @@ impl Merge {
     /// A damaged file, and too little memory.
     pub fn sum(self) -> Result<State> {
         let (done, spp) = (self.done(), self.spp());
-        let (_, first) = &self.parts[0];
+        let (path, first) = &self.parts[0];
+        let is_alone = self.parts.len() == 1;
         let mut sum = State {
             film: first.empty_film()?,
             header: Header {
@@ -96,42 +109,93 @@ impl Merge {
                 planner: None,
                 paths: first.paths.map(|_| Default::default()),
                 layers: vec![],
+                pilot: self.parts.iter().find_map(|(_, it)| it.pilot.clone()),
+                worth: first.worth.filter(|_| is_alone),
                 ..first.clone()
             },
             layers: vec![],
+            allocation: None,
         };
         let total = sum.header.samples();
         let mut merged = 0;
-        for (path, header) in &self.parts {
-            let next = merged + header.samples();
+        let (mut next, mut spare) = (Checked::read(path, vec![]), vec![]);
+        for (place, (path, header)) in self.parts.iter().enumerate() {
+            let file = next?;
+            let then = merged + header.samples();
             // A look at the error on the way tells how it falls.
-            if merged > 0 && APART * merged <= total && APART * next > total {
+            if merged > 0 && APART * merged <= total && APART * then > total {
                 let error = sum.film.error(CONFIDENCE);
-                let look = error.map(|error| Look::new(merged as f64, &error));
+                let look = error.map(|error| Look::new(sum.worth_of(merged), &error));
                 sum.header.looks.extend(look);
             }
-            sum.add(path, header)?;
-            merged = next;
+            if let Some(pilot) = &header.pilot
+                && self.is_pilot_alone(place, pilot)
+            {
+                sum.allocate(pilot).map_err(|error| error.in_file(path))?;
+            }
+            let after = self.parts.get(place + 1);
+            let memory = std::mem::take(&mut spare);
+            let (added, read) = rayon::join(
+                || sum.add(header, &file),
+                || after.map(|(path, _)| Checked::read(path, memory)),
+            );
+            added.map_err(|error| error.in_file(path))?;
+            merged = then;
+            spare = file.bytes;
+            match read {
+                Some(read) => next = read,
+                None => break,
+            }
+        }
+        if sum.allocation.is_some() {
+            sum.header.worth = Some(sum.worth_of(total));
         }
         Ok(sum)
+    }
+
+    /// Whether the files before a place are the whole pilot of an adaptive render, and nothing else.
+    fn is_pilot_alone(&self, place: usize, pilot: &Pilot) -> bool {
+        let before = &self.parts[..place];
+        let all = || {
+            let mut all = ranges(before);
+            all.sort_unstable();
+            joined(all.into_iter().map(|(range, _)| range))
+        };
+        before.iter().all(|(_, it)| it.pilot.is_none()) && all() == [[0, pilot.samples]]
     }
 }
 
 impl State {
-    /// Adds the sums of a file with this header.
-    fn add(&mut self, path: &Path, expected: &Header) -> Result<()> {
-        let bytes = file::read_bytes(path)?;
-        let in_file = |error: Error| error.in_file(path);
-        let (header, body) = file::checked(&bytes).map_err(in_file)?;
-        if header != *expected {
-            return Err(in_file(Error::usage(
-                "was replaced by another file while it was merged",
-            )));
+    /// The samples per pixel, distributed evenly, that those up to a level are worth.
+    fn worth_of(&self, level: u64) -> f64 {
+        let allocation = self.allocation.as_ref();
+        allocation.map_or(level as f64, |it| it.worth(level))
+    }
+
+    /// Computes the allocation of an adaptive render from the sums of its pilot.
+    fn allocate(&mut self, pilot: &Pilot) -> Result<()> {
+        let allocation = Allocation::by_pilot(&self.film, pilot.samples);
+        if Pilot::of(&allocation) != *pilot {
+            return Err(Error::usage(
+                "has samples that were distributed by another pilot than the one that is merged with them",
+            ));
         }
-        let layers = body::add_to(&header, body, &mut self.film).map_err(in_file)?;
+        self.allocation = Some(Arc::new(allocation));
+        Ok(())
+    }
+
+    /// Adds the sums of a file with this header.
+    fn add(&mut self, expected: &Header, file: &Checked) -> Result<()> {
+        let header = &file.header;
+        if header != expected {
+            return Err(Error::usage(
+                "was replaced by another file while it was merged",
+            ));
+        }
+        let layers = body::add_to(header, file.body()?, &mut self.film)?;
         let total = &mut self.header;
         total.seconds += header.seconds;
-        total.rays += header.rays;
+        total.rays = total.rays.saturating_add(header.rays);
         total.rejected.merge(header.rejected);
         for (sum, paths) in total
             .paths
@@ -139,10 +203,10 @@ impl State {
             .flatten()
             .zip(header.paths.into_iter().flatten())
         {
-            *sum += paths;
+            *sum = sum.saturating_add(paths);
         }
         if !layers.is_empty() {
-            total.layers = header.layers;
+            total.layers.clone_from(&header.layers);
             self.layers = layers;
         }
         Ok(())
@@ -162,7 +226,15 @@ fn ranges(parts: &[(PathBuf, Header)]) -> Vec<([u64; 2], usize)> {
 fn check_same(first: &Path, a: &Header, other: &Path, b: &Header) -> Result<()> {
     let [ours, theirs] = [first, other].map(|path| path.display().to_string());
     let mut differences = a.identity.differences(&b.identity, &ours, &theirs);
-    let sums = |header: &Header| (header.tile_size, header.reach, header.paths.is_some());
+    let sums = |header: &Header| {
+        (
+            header.window,
+            header.tile_size,
+            header.reach,
+            header.paths.is_some(),
+            header.has_counts,
+        )
+    };
     if sums(a) != sums(b) {
         differences.push(format!("{ours} and {theirs} keep different sums"));
     }
@@ -199,4 +271,45 @@ fn check_apart(parts: &[(PathBuf, Header)]) -> Result<()> {
             words.join("; ")
         ))),
     }
+}
+
+/// Refuses two ranges that end within a round of batches. The batches of their samples together would not have the
+/// counts that follow from the number of samples.
+fn check_rounds(parts: &[(PathBuf, Header)]) -> Result<()> {
+    let mut ragged = ranges(parts)
+        .into_iter()
+        .filter(|([first, end], _)| !(end - first).is_multiple_of(BATCHES));
+    match (ragged.next(), ragged.next()) {
+        (Some((_, a)), Some((_, b))) => Err(Error::usage(format!(
+            "ends within a round of {BATCHES} samples, as does {}, so that error bars could not be estimated: continue one of them by `etendue render --resume`",
+            parts[a].0.display()
+        ))
+        .in_file(&parts[b].0)),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses files of adaptive renders whose samples were distributed by different pilots, or by none where there is one.
+fn check_pilots(parts: &[(PathBuf, Header)]) -> Result<()> {
+    let with_pilot = |(path, header): &'_ (PathBuf, Header)| {
+        let pilot = header.pilot.clone()?;
+        Some((path.clone(), pilot))
+    };
+    let Some((first, pilot)) = parts.iter().find_map(with_pilot) else {
+        return Ok(());
+    };
+    for (path, header) in parts {
+        let end = header.done.last().map_or(0, |range| range[1]);
+        let wrong = match &header.pilot {
+            Some(other) if *other != pilot => "were distributed by another pilot than those",
+            None if end > pilot.samples => "go beyond the pilot of those",
+            _ => continue,
+        };
+        return Err(Error::usage(format!(
+            "cannot be merged with {}: its samples {wrong}",
+            first.display()
+        ))
+        .in_file(path));
+    }
+    Ok(())
 }

@@ -10,6 +10,7 @@
 //! | 4 | the length of the header |
 //! | | the header, as JSON: [`Header`] |
 //! | 8 a tile | the sample count of each tile of the film |
+//! | 16 a pixel | the counts of samples and of rays of each pixel, tile by tile, of an adaptive render |
 //! | 4 to 196 a pixel | the sums of each pixel, tile by tile: 24 bits that tell which doubles are not 0, and these; 4 to 260 for each pixel of a tile and its halo where samples contribute to several pixels |
 //! | 4 to 196 a pixel | the splat sums of each pixel, row by row, if the integrator splats |
 //! | 4 a pixel and layer | layers of the first hits, row by row, in the file with the render's first sample |
@@ -19,7 +20,8 @@
 //!
 //! Measure: as in [`Header`]; sums as in `film/pixel.rs`.
 //! Range: a file that was cut or changed is an error that names the byte or the checksum. Sums of different scenes,
-//! settings or versions are never added. Adaptive renders have no state files: their counts of samples depend on passes.
+//! settings or versions are never added. Of adaptive renders, there are states of the pilot, and of samples that it
+//! distributed; of greedy ones there are none, as their counts depend on passes.
 //! Source: our own format. Tested in `tests/rendering/state.rs`, `tests/fuzz_corpus.rs` and `cli/tests/command/shards.rs`.
 
 mod body;
@@ -34,14 +36,16 @@ use crate::film::batches::BATCHES;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::Layer;
 use crate::render::Rendered;
+use crate::render::adaptive::allocation::Allocation;
 use crate::render::convergence::{Forecast, Look, stated};
 use crate::render::settings::SamplerKind;
 pub use file::{FORMAT, read_header, with_checksum};
 pub use fingerprint::{Fingerprint, fingerprint};
-pub use header::Header;
+pub use header::{Header, Pilot};
 pub use merge::Merge;
 pub use ranges::{Shard, describe, missing};
 use std::path::Path;
+use std::sync::Arc;
 
 /// The samples of a render so far.
 #[derive(Debug, Clone)]
@@ -52,38 +56,52 @@ pub struct State {
     pub film: Film,
     /// The layers of the first hits; only with the render's first sample.
     pub layers: Vec<Layer>,
+    /// The allocation of samples to the pixels, where the pilot of an adaptive render was merged. No file has it.
+    pub allocation: Option<Arc<Allocation>>,
 }
 
 impl State {
     /// The estimated error of the samples, with an upper bound of this confidence; `None` if it cannot be estimated.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let error = self.film.error(confidence)?;
+        Some(stated(error, self.even_spp(), &self.header.looks))
+    }
+
+    /// The samples per pixel, distributed evenly, that have this error.
+    fn even_spp(&self) -> f64 {
         let samples = self.header.samples() as f64;
-        Some(stated(error, samples, &self.header.looks))
+        self.header.worth.unwrap_or(samples)
     }
 
     /// The samples per pixel of a render whose error is at most `target` with this confidence, by the error so far; `None`
-    /// if the error is unknown or in doubt.
+    /// if the error is unknown or in doubt, or if the allocation of an adaptive render is not known.
     pub fn needed_spp(&self, target: f64, confidence: f64) -> Option<u64> {
         let error = self
             .error(confidence)
             .filter(|error| error.doubt.is_none())?;
-        let samples = self.header.samples() as f64;
+        let allocation = self.allocation.as_ref();
+        if self.header.pilot.is_some() && allocation.is_none() {
+            return None;
+        }
+        let samples = self.even_spp();
         let mut looks = self.header.looks.clone();
         looks.retain(|look| look.samples < samples);
         looks.push(Look::new(samples, &error));
         let pixels = self.header.window.pixel_count();
-        let in_steps = self.header.identity.name("sampler") == SamplerKind::Sobol.name();
+        let is_sobol = self.header.identity.name("sampler") == SamplerKind::Sobol.name();
+        let in_steps = is_sobol && allocation.is_none();
         let forecast = Forecast::new(&looks, pixels, confidence, in_steps)?;
-        let needed = forecast.samples_for(target).ceil().min(1e18) as u64;
+        let needed = forecast.samples_for(target);
+        let needed = allocation.map_or(needed, |it| it.level_of(needed));
+        let needed = needed.ceil().min(1e18) as u64;
         Some(needed.next_multiple_of(BATCHES))
     }
 
-    /// The render that continues from this state. `nothing` is the render before its first sample.
+    /// Lets a render that has no samples continue from this state.
     ///
     /// # Errors
     /// Samples with gaps, which are not those of one render.
-    pub fn into_rendered(self, nothing: Rendered) -> Result<Rendered> {
+    pub fn continue_in(self, rendered: &mut Rendered) -> Result<()> {
         let header = self.header;
         let [first, end] = match header.done.as_slice() {
             [] => [header.shard.map_or(0, |[first, _]| first); 2],
@@ -100,17 +118,14 @@ impl State {
                 "samples 0..{first} are missing: such sums can be merged, not continued"
             )));
         }
-        Ok(Rendered {
-            film: self.film,
-            first,
-            spp: end - first,
-            elapsed: std::time::Duration::try_from_secs_f64(header.seconds).unwrap_or_default(),
-            rays: header.rays,
-            rejected: header.rejected,
-            looks: header.looks,
-            planner: header.planner,
-            ..nothing
-        })
+        rendered.film = self.film;
+        (rendered.first, rendered.spp) = (first, end - first);
+        (rendered.worth, rendered.is_uneven) = (header.worth, header.is_uneven);
+        let elapsed = std::time::Duration::try_from_secs_f64(header.seconds);
+        rendered.elapsed = elapsed.unwrap_or_default();
+        (rendered.rays, rendered.rejected) = (header.rays, header.rejected);
+        (rendered.looks, rendered.planner) = (header.looks, header.planner);
+        Ok(())
     }
 
     /// Writes the state to a file, whole or not at all.
@@ -134,7 +149,7 @@ impl State {
     /// # Errors
     /// A file that cannot be read, is not a state file, or is damaged; too little memory for its image.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = file::read_bytes(path)?;
+        let bytes = file::read_bytes(path, vec![])?;
         Self::decode(&bytes).map_err(|error| error.in_file(path))
     }
 
@@ -150,6 +165,7 @@ impl State {
             header,
             film,
             layers,
+            allocation: None,
         })
     }
 }

@@ -1,7 +1,8 @@
 //! Shards: the ranges of sample indices that a render is divided into.
 //!
 //! Batches are taken in turn by the samples of a pixel. So that any set of shards has equally many samples in each batch,
-//! shards begin at multiples of the number of batches; the last one may end anywhere.
+//! shards begin at multiples of the number of batches; the last one may end anywhere. Of an adaptive render the samples after
+//! its pilot are divided.
 //!
 //! Measure: sample indices, samples per pixel.
 //! Range: a render of a known number of samples; as many shards as it has rounds of batches, or fewer.
@@ -36,9 +37,17 @@ impl Shard {
     /// # Errors
     /// A shard that is not a part of that render.
     pub fn samples(self, spp: u64) -> Result<Range<u64>> {
+        self.samples_after(0, spp)
+    }
+
+    /// The sample indices of this shard of the samples from `begin`, the end of a pilot, up to `spp`.
+    ///
+    /// # Errors
+    /// A shard that is not a part of these samples.
+    pub fn samples_after(self, begin: u64, spp: u64) -> Result<Range<u64>> {
         match self {
             Self::Part { index, of } => {
-                let rounds = spp.div_ceil(BATCHES);
+                let rounds = spp.saturating_sub(begin).div_ceil(BATCHES);
                 if index >= of {
                     return Err(Error::usage(format!(
                         "there is no shard {index}/{of}: shards are counted from 0, so that the last of them is {}/{of}",
@@ -46,20 +55,21 @@ impl Shard {
                     )));
                 }
                 if of > rounds {
+                    let samples = spp.saturating_sub(begin);
                     return Err(Error::usage(format!(
-                        "{spp} samples per pixel cannot be divided into {of} shards: each has at least {BATCHES} samples, so that there are at most {rounds}"
+                        "{samples} samples per pixel cannot be divided into {of} shards: each has at least {BATCHES} samples, so that there are at most {rounds}"
                     )));
                 }
                 let start = |index: u64| {
                     let round = u128::from(index) * u128::from(rounds) / u128::from(of);
-                    (BATCHES * round as u64).min(spp)
+                    (begin + BATCHES * round as u64).min(spp)
                 };
                 Ok(start(index)..start(index + 1))
             }
             Self::Samples { first, end } => {
-                if first >= end || end > spp {
+                if first < begin || first >= end || end > spp {
                     return Err(Error::usage(format!(
-                        "samples {first}..{end} are not a part of those from 0 to {spp}, of which the last is not one: expected the first sample and the one after the last"
+                        "samples {first}..{end} are not a part of those from {begin} to {spp}, of which the last is not one: expected the first sample and the one after the last"
                     )));
                 }
                 if !first.is_multiple_of(BATCHES) || !(end.is_multiple_of(BATCHES) || end == spp) {
@@ -134,6 +144,29 @@ mod tests {
                 assert_eq!(next, spp);
             }
         }
+    }
+
+    #[test]
+    fn shards_after_a_pilot_cover_every_other_sample_once() {
+        for of in [1, 2, 7, 240] {
+            let mut next = 64;
+            for index in 0..of {
+                let shard = Shard::Part { index, of }.samples_after(64, 1024);
+                let shard = shard.expect("a part");
+                assert_eq!(shard.start, next);
+                next = shard.end;
+            }
+            assert_eq!(next, 1024);
+        }
+        let after = |shard: Shard| shard.samples_after(64, 1024);
+        assert!(after(Shard::Part { index: 0, of: 241 }).is_err());
+        assert!(after(Shard::Samples { first: 60, end: 80 }).is_err());
+        assert!(after(Shard::Samples { first: 64, end: 80 }).is_ok());
+        assert!(
+            Shard::Part { index: 0, of: 1 }
+                .samples_after(64, 64)
+                .is_err()
+        );
     }
 
     #[test]

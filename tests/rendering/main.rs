@@ -5,6 +5,7 @@ mod common;
 
 mod adaptive;
 mod adaptive_pixels;
+mod adaptive_shards;
 mod auto;
 mod bidirectional;
 mod denoise;
@@ -26,4 +27,5 @@ mod reuse;
 mod roulette;
 mod session;
 mod state;
+mod state_headers;
 mod strategies;

@@ -175,16 +175,53 @@ fn observer_receives_the_image_after_every_pass() {
 }
 
 #[test]
-fn resuming_an_adaptive_render_is_rejected_without_changes() {
+fn interrupted_adaptive_render_resumes_to_the_same_image() {
     let stage = Stage::new();
     let adaptive = RenderSettings {
         adaptive: Adaptive::TwoPhase,
+        ..stage.settings(128)
+    };
+    let whole = stage.at_once(&adaptive);
+    // Within the pilot of 32 samples, and after it.
+    for tiles in [27, 90, 105] {
+        let mut parts = Rendered::nothing(&adaptive, &stage.filter);
+        let observer = Impatient {
+            tiles: AtomicU64::new(tiles),
+        };
+        stage
+            .continue_until(&adaptive, adaptive.budget, &mut parts, &observer)
+            .expect("valid settings");
+        assert!(parts.cancelled && parts.is_uneven, "{tiles} tiles");
+        for _ in 0..2 {
+            stage
+                .continue_until(&adaptive, adaptive.budget, &mut parts, &Unwatched)
+                .expect("valid settings");
+            assert!(!parts.is_uneven);
+            assert_eq!(parts.film.develop(), whole.film.develop(), "{tiles}");
+            assert_eq!(parts.film.sample_counts(), whole.film.sample_counts());
+            assert_eq!((parts.rays, parts.worth), (whole.rays, whole.worth));
+        }
+    }
+}
+
+#[test]
+fn resuming_a_greedy_render_is_rejected_without_changes() {
+    let stage = Stage::new();
+    let until = |spp| Budget {
+        error: Some(ErrorTarget {
+            rel_rmse: 0.5,
+            confidence: 0.95,
+        }),
+        ..Budget::samples(spp)
+    };
+    let greedy = RenderSettings {
+        adaptive: Adaptive::Greedy,
+        budget: until(16),
         ..stage.settings(16)
     };
-    let mut rendered = stage.at_once(&adaptive);
+    let mut rendered = stage.at_once(&greedy);
     let before = rendered.film.develop();
-    let until = Budget::samples(32);
-    let refused = stage.continue_until(&adaptive, until, &mut rendered, &Unwatched);
+    let refused = stage.continue_until(&greedy, until(32), &mut rendered, &Unwatched);
     let refused = refused.expect_err("it cannot be resumed");
     assert_eq!(refused.kind(), ErrorKind::Usage, "{refused}");
     assert_eq!(rendered.film.develop(), before);

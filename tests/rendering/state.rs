@@ -401,6 +401,50 @@ fn merging_mismatched_shards_is_rejected_naming_both_files() {
 }
 
 #[test]
+fn merging_two_ragged_ranges_is_rejected_and_one_is_exact() {
+    let folder = folder();
+    let session = session(SMALL, 2);
+    let options = options(IntegratorKind::Path, 32);
+    let part = |[first, end]: [u64; 2], spp: u64| {
+        let file = folder.path().join(format!("{first}-{spp}.etd"));
+        let mut rendering = session.start(&options).expect("valid options");
+        let shard = Shard::Samples { first, end };
+        rendering.restrict(shard).expect("it can be divided");
+        rendering
+            .continue_until(&session, Budget::samples(spp), &Unwatched)
+            .expect("it renders");
+        rendering.save(&session, &file).expect("it is written");
+        file
+    };
+    let files = [part([0, 16], 7), part([16, 32], 6)];
+    let refused = Merge::of(&files).expect_err("both end within a round");
+    let message = refused.to_string();
+    for word in ["0-7.etd", "16-6.etd", "within a round", "--resume"] {
+        assert!(message.contains(word), "no `{word}` in: {message}");
+    }
+    let whole = part([0, 16], 16);
+    let state = merged(&[files[1].clone(), whole]);
+    let same = session.render(&self::options(IntegratorKind::Path, 22), &Unwatched);
+    assert_same(&state, &same.expect("valid options"), "ragged");
+}
+
+#[test]
+fn chains_of_a_shard_may_find_no_light() {
+    let folder = folder();
+    let dark = SMALL
+        .replace("emission = [12, 11, 10]", "")
+        .replace("radiance = [0.1, 0.12, 0.15]", "radiance = [0, 0, 0]");
+    let session = session(&dark, 1);
+    let options = options(IntegratorKind::Metropolis, 8);
+    let whole = session.render(&options, &Unwatched);
+    let message = whole.expect_err("there is no light").to_string();
+    assert!(message.contains("found any light"), "{message}");
+    let state = merged(&shards(&session, &options, 2, &folder));
+    assert_eq!(state.film.mean(), [0.0; 3]);
+    assert_eq!(state.header.samples(), 8);
+}
+
+#[test]
 fn unshardable_renders_are_rejected() {
     let session = session(SMALL, 1);
     let refused = |options: &RenderOptions| -> Error {
@@ -411,6 +455,10 @@ fn unshardable_renders_are_rejected() {
     let mut adaptive = RenderOptions::samples(64);
     adaptive.adaptive = Some(Adaptive::TwoPhase);
     assert!(refused(&adaptive).to_string().contains("--adaptive=off"));
+    assert!(refused(&adaptive).to_string().contains("--shard 0..16"));
+    adaptive.adaptive = Some(Adaptive::Greedy);
+    adaptive.error = Some(0.1);
+    assert!(refused(&adaptive).to_string().contains("greedy"));
     let mut to_error = RenderOptions::samples(64);
     to_error.error = Some(0.1);
     assert!(refused(&to_error).to_string().contains("--spp"));

@@ -21,6 +21,13 @@ pub struct StateArguments {
     /// --spp is that of the whole render. The merged image has the bits of one render, for any division.
     #[arg(long, value_name = "SHARD", value_parser = parse_shard)]
     pub shard: Option<Shard>,
+    /// Distribute the samples of a render with --adaptive by this pilot, the state file of --shard 0..P, where P is a
+    /// sixteenth of --spp within limits.
+    ///
+    /// With --shard K/N, a part of the samples after the pilot is rendered, otherwise all of them. The merged image of the
+    /// pilot and all shards has the bits of one render.
+    #[arg(long, value_name = "FILE")]
+    pub pilot: Option<PathBuf>,
     /// Write the state of the render to this file every minute or --every, and at the end.
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,

@@ -38,16 +38,19 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     all.try_for_each(check_creatable)
 }
 
-/// Checks that a render that begins may replace a checkpoint: one with samples may be of hours that nobody wants to lose.
+/// Checks that a render that begins may replace a checkpoint: one with samples may be of hours that nobody wants to lose,
+/// and what is no checkpoint is not to be lost either.
 fn check_replaceable(checkpoint: &Path) -> Result<()> {
     match read_header(checkpoint) {
-        Ok(header) if header.samples() > 0 => Err(Error::usage(format!(
-            "has {} samples per pixel already: --resume {} goes on from them; delete the file to begin anew",
+        Ok(header) if header.samples() > 0 || header.is_uneven => Err(Error::usage(format!(
+            "has samples already, {} of every pixel: --resume {} goes on from them; delete the file to begin anew",
             header.samples(),
             checkpoint.display()
         ))
         .in_file(checkpoint)),
-        _ => Ok(()),
+        Ok(_) => Ok(()),
+        Err(error) if checkpoint.is_file() => Err(error),
+        Err(_) => Ok(()),
     }
 }
 
@@ -60,21 +63,33 @@ pub fn start(
 ) -> Result<Rendering> {
     let state = &arguments.state;
     let keeps = state.checkpoint.is_some() || arguments.out.iter().any(|path| is_state(path));
+    let pilot = state.pilot.as_deref();
+    let pilot = pilot.map(|file| Ok((file, State::read(file)?)));
+    let pilot = pilot.transpose()?;
     let Some(file) = &state.resume else {
         if let Some(checkpoint) = &state.checkpoint {
             check_replaceable(checkpoint)?;
         }
         let mut rendering = session.start_watched(options, watcher)?;
-        if keeps {
-            rendering.check_can_be_kept()?;
-        }
-        if let Some(shard) = state.shard {
-            rendering.restrict(shard)?;
+        match (pilot, state.shard) {
+            (Some((file, pilot)), None) => {
+                let continued = rendering.continue_after(session, pilot);
+                continued.map_err(|error| error.in_file(file))?;
+            }
+            (pilot, Some(shard)) => {
+                distribute(&mut rendering, session, pilot.as_ref())?;
+                rendering.restrict(shard)?;
+            }
+            (None, None) if keeps => rendering.check_can_be_kept()?,
+            (None, None) => {}
         }
         return Ok(rendering);
     };
-    let resumed = session.resume(options, State::read(file)?, watcher);
-    let rendering = resumed.map_err(|error| error.in_file(file))?;
+    let old = State::read(file)?;
+    let mut rendering = session.start_watched(options, watcher)?;
+    distribute(&mut rendering, session, pilot.as_ref())?;
+    let continued = rendering.continue_from(session, old);
+    continued.map_err(|error| error.in_file(file))?;
     if let Some(samples) = rendering.shard()
         && !arguments.out.iter().all(|path| is_state(path))
     {
@@ -85,7 +100,8 @@ pub fn start(
         .in_file(file));
     }
     if let Some(shard) = state.shard {
-        let wanted = shard.samples(rendering.whole_spp().unwrap_or(0))?;
+        let all = rendering.divisible()?;
+        let wanted = shard.samples_after(all.start, all.end)?;
         if rendering.shard().as_ref() != Some(&wanted) {
             let has = match rendering.shard() {
                 Some(samples) => format!("the shard of samples {}..{}", samples.start, samples.end),
@@ -99,6 +115,20 @@ pub fn start(
         }
     }
     Ok(rendering)
+}
+
+/// Lets the pilot of this file distribute the samples of a render, if there is one.
+fn distribute(
+    rendering: &mut Rendering,
+    session: &Session,
+    pilot: Option<&(&Path, State)>,
+) -> Result<()> {
+    match pilot {
+        Some((file, pilot)) => rendering
+            .distribute_by(session, pilot)
+            .map_err(|error| error.in_file(file)),
+        None => Ok(()),
+    }
 }
 
 /// Writes the state files of a render that has ended.

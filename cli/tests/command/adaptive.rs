@@ -52,7 +52,8 @@ fn greedy_adaptive_is_labelled_biased_and_two_phase_is_not() {
     assert_eq!(stats["bias"], Value::Array(vec![]));
     assert_eq!(stats["spp_range"][0], 32);
     let samples = stats["samples"].as_u64().expect("a number");
-    assert!(samples.abs_diff(24 * 16 * 128) <= 32, "{samples}");
+    // Five standard deviations of the sum of fractions of rounds, which each pixel rounds by itself.
+    assert!(samples.abs_diff(24 * 16 * 128) <= 160, "{samples}");
     assert!(exr_says(&folder, "two-phase"));
 }
 

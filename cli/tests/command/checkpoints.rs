@@ -177,12 +177,41 @@ fn mismatched_state_files_are_rejected_on_resume() {
         USAGE,
         &["it.etd", "--resume it.etd"],
     );
+    // Neither is a file that is no checkpoint, or may be one of another version.
+    let scene = std::fs::read(folder.path("small.toml")).expect("it is there");
+    for name in ["small.toml", "damaged.etd"] {
+        std::fs::write(folder.path("damaged.etd"), &scene).expect("it is written");
+        fails(
+            &folder,
+            &format!("render small.toml --spp 4 --checkpoint {name} -o it.exr"),
+            INPUT_OUTPUT,
+            &[name, "not a state file"],
+        );
+        let kept = std::fs::read(folder.path(name)).expect("it is there");
+        assert!(kept == scene, "{name}");
+    }
     // What a render has already is not rendered again.
     let again = succeed(
         &folder,
         "render small.toml --spp 8 --resume it.etd -o it.exr --json",
     );
     assert!(again.stdout.contains("\"spp\": 8"), "{}", again.stdout);
+}
+
+#[test]
+fn checkpoint_of_an_unfinished_first_pass_is_not_replaced() {
+    let folder = small();
+    succeed(&folder, "render small.toml -q --spp 4 -o it.etd");
+    let mut state = State::read(&folder.path("it.etd")).expect("it is whole");
+    state.header.done.clear();
+    state.header.is_uneven = true;
+    state.write(&folder.path("it.etd")).expect("it is written");
+    fails(
+        &folder,
+        "render small.toml --spp 16 --checkpoint it.etd -o it.exr",
+        USAGE,
+        &["has samples already", "--resume it.etd"],
+    );
 }
 
 /// A small file system in memory, which is full soon. Only root may mount one.

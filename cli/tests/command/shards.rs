@@ -78,6 +78,95 @@ fn merged_shards_are_bit_identical_to_a_single_render() {
 }
 
 #[test]
+fn merged_pilot_and_adaptive_shards_are_bit_identical_to_a_single_render() {
+    let folder = small();
+    let flags = "small.toml -q --spp 128 --adaptive --layers";
+    succeed(&folder, &format!("render {flags} -o whole.exr"));
+    for part in ["0..16", "16..32"] {
+        succeed(
+            &folder,
+            &format!("render {flags} --shard {part} -o {part}.etd"),
+        );
+    }
+    succeed(
+        &folder,
+        "merge -q --partial 0..16.etd 16..32.etd -o pilot.etd",
+    );
+    let given = format!("render {flags} --pilot pilot.etd");
+    let mut files = "pilot.etd".to_owned();
+    for index in 0..3 {
+        let checkpoint = format!("--checkpoint kept-{index}.etd");
+        let shard = format!("{given} --shard {index}/3 -o part-{index}.etd");
+        succeed(&folder, &format!("{shard} {checkpoint}"));
+        succeed(
+            &folder,
+            &format!("{shard} {checkpoint} --resume kept-{index}.etd"),
+        );
+        files = format!("part-{index}.etd {files}");
+    }
+    let merged = succeed(&folder, &format!("merge {files} -o merged.exr"));
+    assert!(
+        merged.stderr.contains("4 files, 128 spp, error"),
+        "{}",
+        merged.stderr
+    );
+    succeed(&folder, &format!("{given} -o continued.exr"));
+    let [whole, merged, continued] =
+        ["whole.exr", "merged.exr", "continued.exr"].map(|name| read(&folder, name));
+    for parts in [&merged, &continued] {
+        assert!(whole.image == parts.image);
+        assert!(whole.layers == parts.layers);
+        for fact in ["adaptive", "spp", "bias", "relRmse"] {
+            assert_eq!(whole.fact(fact), parts.fact(fact), "{fact}");
+        }
+    }
+    for (wrong, word) in [
+        ("--shard 0/3 -o part.etd", "--shard 0..32"),
+        ("--shard 0/3 --pilot 0..16.etd -o part.etd", "0..16.etd"),
+        (
+            "--shard 0/3 --pilot part-0.etd -o part.etd",
+            "not a whole pilot",
+        ),
+        (
+            "--shard 0..40 --pilot pilot.etd -o part.etd",
+            "from 32 to 128",
+        ),
+        ("--resume kept-0.etd -o part.etd", "--pilot"),
+        ("--checkpoint new.etd -o it.exr", "--shard 0..32"),
+        ("--adaptive=off --pilot pilot.etd -o it.exr", "--adaptive"),
+    ] {
+        let flags = match wrong.starts_with("--adaptive") {
+            true => "small.toml -q --spp 128",
+            false => flags,
+        };
+        fails(&folder, &format!("render {flags} {wrong}"), USAGE, &[word]);
+    }
+    fails(
+        &folder,
+        "merge part-1.etd pilot.etd -o it.exr",
+        USAGE,
+        &["are missing"],
+    );
+}
+
+#[test]
+fn merging_previews_that_end_within_a_round_is_rejected() {
+    let folder = small();
+    // With next to no time, a render has one sample.
+    for range in ["0..32", "32..64"] {
+        let shard = format!("--shard {range} --time 0.000001s -o {range}.etd");
+        succeed(&folder, &format!("render small.toml -q --spp 64 {shard}"));
+    }
+    fails(
+        &folder,
+        "merge --partial 0..32.etd 32..64.etd -o it.exr",
+        USAGE,
+        &["0..32.etd", "32..64.etd", "within a round of 4"],
+    );
+    succeed(&folder, "merge -q --partial 0..32.etd -o it.exr");
+}
+
+#[test]
 fn merge_reports_missing_and_duplicate_samples() {
     let folder = small();
     shards(&folder, 4, "--spp 64");

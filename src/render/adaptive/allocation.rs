@@ -12,6 +12,11 @@
 //! a mean over all of its samples would be too small: pixels with a rare bright sample would continue until it is
 //! diluted.
 //!
+//! **Why parts of a render fit together.** The count of a pixel is a function of the pilot and of the level, the mean
+//! over the pixels, and never falls as the level rises. So a range of levels is a part of a render, for every pixel the
+//! samples from its count at the first level up to that at the last, and any division into such ranges has the same
+//! samples. Fractions of a round are rounded by a threshold that depends on the pixel's place alone.
+//!
 //! Measure: samples per pixel; shares have the mean 1 over each colour of the chessboard.
 //! Range: a window of at least one pixel. Pixels without neighbours get equal shares.
 //! Source: Neyman 1934 for the square root, Cochran 1977, section 5.5, for the work; sample splitting after Cox 1975.
@@ -20,6 +25,7 @@
 use crate::film::batches::BATCHES;
 use crate::film::{Film, PixelEstimate};
 use crate::planted::planted;
+use crate::render::settings::MOST_SPP;
 
 /// The largest distance of neighbours in rows and columns: 24 of the other colour.
 const REACH: usize = 3;
@@ -38,7 +44,43 @@ pub struct Allocation {
     /// The share of each pixel in the samples.
     shares: Vec<f64>,
     /// The pixels of each colour.
-    colours: [Vec<usize>; 2],
+    colours: [Group; 2],
+    /// All pixels.
+    everyone: Group,
+}
+
+/// Pixels that share a mean.
+#[derive(Debug, Clone)]
+struct Group {
+    pixels: Vec<usize>,
+    /// The sum of the largest shares, from one of them to all.
+    largest: Vec<f64>,
+}
+
+impl Group {
+    fn new(pixels: Vec<usize>, shares: &[f64]) -> Self {
+        let mut largest: Vec<f64> = pixels.iter().map(|&index| shares[index]).collect();
+        largest.sort_unstable_by(|a, b| b.total_cmp(a));
+        let mut sum = 0.0;
+        for share in &mut largest {
+            sum += *share;
+            *share = sum;
+        }
+        Self { pixels, largest }
+    }
+
+    /// The samples per share at which the mean over these pixels is `level`: pixels that have more from the pilot than
+    /// their share leave less to the others.
+    ///
+    /// It is the least of the rates at which some of the pixels alone, those with the largest shares, take what the
+    /// pilot of the others leaves. Each of these never falls as the level rises, even where it is rounded.
+    fn rate(&self, pilot: u64, level: u64) -> f64 {
+        let spare = level.saturating_sub(pilot) as f64 * self.pixels.len() as f64;
+        let takers = (1_u64..).zip(&self.largest);
+        let rates = takers.map(|(takers, sum)| (spare + pilot as f64 * takers as f64) / sum);
+        let rate = rates.fold(f64::INFINITY, f64::min);
+        if rate.is_finite() { rate } else { 0.0 }
+    }
 }
 
 impl Allocation {
@@ -73,24 +115,39 @@ impl Allocation {
         Self {
             pilot,
             variances,
+            colours: colours.map(|pixels| Group::new(pixels, &shares)),
+            everyone: Group::new((0..shares.len()).collect(), &shares),
             shares,
-            colours,
         }
     }
 
-    /// The count of each pixel when the mean over them is `level`, given their counts now.
-    ///
-    /// Fractions of a round are carried to the next pixel: the mean of either colour is met to within a round.
-    pub fn counts(&self, now: &[u64], level: u64) -> Vec<u64> {
-        let mut counts = now.to_vec();
-        for pixels in &self.colours {
-            let rate = self.rate(pixels, level);
-            let mut left = 0.0;
-            for &index in pixels {
-                let wanted = self.wanted(index, rate) / BATCHES as f64 + left;
-                let rounds = wanted.floor();
-                left = wanted - rounds;
-                counts[index] = counts[index].max(rounds as u64 * BATCHES);
+    /// The samples of every pixel in the pilot.
+    pub fn pilot(&self) -> u64 {
+        self.pilot
+    }
+
+    /// A hash of all that counts depend on, in hexadecimal digits: allocations with equal identities have equal counts.
+    pub fn identity(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&self.pilot.to_le_bytes());
+        for number in self.shares.iter().chain(&self.variances) {
+            hasher.update(&number.to_bits().to_le_bytes());
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+
+    /// The count of each pixel when the mean over them is about `level`. It never falls as the level rises.
+    pub fn counts(&self, level: u64) -> Vec<u64> {
+        let mut counts = vec![level; self.shares.len()];
+        if level <= self.pilot {
+            return counts;
+        }
+        for group in &self.colours {
+            let rate = group.rate(self.pilot, level);
+            for (place, &index) in (0_u32..).zip(&group.pixels) {
+                let wanted = self.wanted(index, rate) / BATCHES as f64;
+                let rounds = (wanted + threshold(place)).floor();
+                counts[index] = (rounds as u64).saturating_mul(BATCHES).min(MOST_SPP);
             }
         }
         counts
@@ -101,27 +158,9 @@ impl Allocation {
         (rate * self.shares[index]).max(self.pilot as f64)
     }
 
-    /// The samples per share at which the mean over these pixels is `level`: pixels that have more from the pilot than
-    /// their share leave less to the others.
-    fn rate(&self, pixels: &[usize], level: u64) -> f64 {
-        let spare = level.saturating_sub(self.pilot) as f64 * pixels.len() as f64;
-        let mut rate = f64::INFINITY;
-        loop {
-            let takes = |&&index: &&usize| rate * self.shares[index] > self.pilot as f64;
-            let takers: Vec<usize> = pixels.iter().filter(takes).copied().collect();
-            let sum: f64 = takers.iter().map(|&index| self.shares[index]).sum();
-            let next = (spare + self.pilot as f64 * takers.len() as f64) / sum;
-            if takers.is_empty() || next >= rate {
-                return if rate.is_finite() { rate } else { 0.0 };
-            }
-            rate = next;
-        }
-    }
-
     /// The number of evenly distributed samples per pixel with the error of this level, by the pilot's estimates.
     pub fn worth(&self, level: u64) -> f64 {
-        let pixels: Vec<usize> = (0..self.shares.len()).collect();
-        self.at(self.rate(&pixels, level)).1
+        self.at(self.everyone.rate(self.pilot, level)).1
     }
 
     /// The level with the error of `worth` evenly distributed samples per pixel.
@@ -160,6 +199,14 @@ impl Allocation {
         // Without variance, the worth of samples is their number.
         (level, if worth.is_finite() { worth } else { level })
     }
+}
+
+/// The part of a round, below 1, that is added to the count of the pixel at this place among those of its colour before
+/// fractions are cut off. Multiples of the golden ratio are evenly distributed, wherever the pixels are.
+fn threshold(place: u32) -> f64 {
+    /// The golden ratio less 1, times 2^32.
+    const GOLDEN: u32 = 0x9e37_79b9;
+    f64::from(place.wrapping_mul(GOLDEN)) / 4_294_967_296.0
 }
 
 /// The chessboard colour of a pixel.

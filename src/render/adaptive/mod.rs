@@ -1,7 +1,7 @@
 //! Adaptive sampling: the distribution of samples over the pixels.
 //!
 //! Measure: samples per pixel. The *level* of a render is the mean over the pixels, or, for greedy sampling, the count
-//! of a pixel that has not stopped.
+//! of a pixel that has not stopped. A part of a two-phase render is a range of levels.
 //! Range: counts are whole rounds of batches.
 //! Source: docs/accuracy.md, "Adaptive sampling". Tested in `tests/rendering/adaptive.rs`.
 
@@ -11,6 +11,8 @@ mod greedy;
 use super::settings::{Adaptive, LARGEST_SHARE_OF_PILOT, PILOT, RenderSettings, SHARE_OF_PILOT};
 use crate::film::Film;
 use allocation::Allocation;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Whether a pilot of `level` samples per pixel, which has used up the share `used` of the budget, is long enough.
 fn is_over(level: u64, used: f64) -> bool {
@@ -34,19 +36,26 @@ pub enum SampleAllocation {
 pub enum SampleAllocator {
     /// Even distribution.
     Evenly,
+    /// Even distribution in a part of a pilot, whose allocation follows from all parts together.
+    Pilot,
     /// Even distribution during the pilot, then the pilot's allocation.
-    ByPilot(Option<Allocation>),
+    ByPilot(Option<Arc<Allocation>>),
     /// Samples for those pixels whose own relative error is above this.
     Greedy(f64),
 }
 
 impl SampleAllocator {
-    /// The allocator of the settings.
-    pub fn new(settings: &RenderSettings) -> Self {
+    /// The allocator of the settings, for a part of a pilot or for a render with this allocation so far.
+    pub fn new(
+        settings: &RenderSettings,
+        is_pilot: bool,
+        allocation: Option<Arc<Allocation>>,
+    ) -> Self {
         let budget = settings.budget;
         match (settings.adaptive, budget.error) {
             (Adaptive::Greedy, Some(target)) => Self::Greedy(target.rel_rmse),
-            (Adaptive::TwoPhase, _) => Self::ByPilot(None),
+            (Adaptive::TwoPhase, _) if is_pilot => Self::Pilot,
+            (Adaptive::TwoPhase, _) => Self::ByPilot(allocation),
             _ => Self::Evenly,
         }
     }
@@ -57,27 +66,47 @@ impl SampleAllocator {
         if let Self::ByPilot(allocation @ None) = self
             && is_over(level, used)
         {
-            *allocation = Some(Allocation::by_pilot(film, level));
+            *allocation = Some(Arc::new(Allocation::by_pilot(film, level)));
         }
     }
 
+    /// Whether the pilot is being rendered, after which samples are allocated.
+    pub fn is_in_pilot(&self) -> bool {
+        matches!(self, Self::ByPilot(None))
+    }
+
     /// The pilot's allocation, once the pilot is over.
-    pub fn allocation(&self) -> Option<&Allocation> {
+    pub fn allocation(&self) -> Option<&Arc<Allocation>> {
         match self {
             Self::ByPilot(allocation) => allocation.as_ref(),
             _ => None,
         }
     }
 
-    /// The samples that bring the render from one level to the next.
-    pub fn deal(&self, film: &Film, level: u64, next: u64) -> SampleAllocation {
+    /// The count of each pixel of a render at this level; nothing where all pixels have the same count, or none that
+    /// is known from the level.
+    pub fn counts(&self, pixels: u64, level: u64) -> Vec<u64> {
+        match self {
+            Self::Evenly => vec![],
+            Self::ByPilot(Some(allocation)) => allocation.counts(level),
+            Self::ByPilot(None) | Self::Pilot | Self::Greedy(_) => vec![level; pixels as usize],
+        }
+    }
+
+    /// The samples that bring a part of a render from one level to the next. `firsts` are the counts of the render at
+    /// the first level of the part. Pixels that have more already, from an interrupted pass, keep it.
+    pub fn deal(&self, film: &Film, firsts: &[u64], levels: Range<u64>) -> SampleAllocation {
         match self {
             Self::Evenly => SampleAllocation::Evenly,
-            Self::ByPilot(allocation) => SampleAllocation::UpTo(match allocation {
-                Some(allocation) => allocation.counts(&film.sample_counts(), next),
-                None => vec![next; film.window().pixel_count() as usize],
-            }),
-            Self::Greedy(target) => greedy::deal(film, *target, next - level),
+            Self::Pilot | Self::ByPilot(_) => {
+                let mut counts = self.counts(film.window().pixel_count(), levels.end);
+                let now = film.sample_counts();
+                for ((count, first), now) in counts.iter_mut().zip(firsts).zip(now) {
+                    *count = count.saturating_sub(*first).max(now);
+                }
+                SampleAllocation::UpTo(counts)
+            }
+            Self::Greedy(target) => greedy::deal(film, *target, levels.end - levels.start),
         }
     }
 }

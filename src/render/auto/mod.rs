@@ -17,7 +17,7 @@ mod window;
 
 use super::settings::Adaptive;
 use super::settings::{Budget, RenderSettings};
-use super::{RenderInput, RenderObserver, Rendered, Threads, check, resume};
+use super::{RenderInput, RenderObserver, Rendered, Threads, check, check_is_lit, resume};
 use crate::effects::{Effect, EffectSet, Kernel};
 use crate::error::{ErrorKind, Result};
 use crate::film::Window;
@@ -308,6 +308,7 @@ impl<'a> PilotRun<'a> {
                 &mut rendered,
                 &observer,
             )?;
+            check_is_lit(&settings, &rendered)?;
             Ok((rendered.film.develop(), rendered.rays.total()))
         };
         let pictures = one(0).and_then(|first| one(1).map(|second| [first, second]));

@@ -15,6 +15,7 @@ pub use choices::{Adaptive, LightPathRule, ReuseRule, SamplerKind};
 pub use limits::{Budget, ErrorTarget};
 pub(super) use limits::{LARGEST_SHARE_OF_PILOT, PILOT, SHARE_OF_PILOT};
 pub use of_scene::DEFAULT_CACHE_ERROR;
+pub use validate::MOST_SPP;
 
 use crate::effects::Kernel;
 use crate::film::Window;

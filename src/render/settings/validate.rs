@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::film::Window;
 
 /// The largest number of samples per pixel: beyond 2^47, random numbers would repeat (`sampler/mod.rs`).
-const MOST_SPP: u64 = 1 << 46;
+pub const MOST_SPP: u64 = 1 << 46;
 
 impl RenderSettings {
     /// Checks that the settings make sense for an image of this size.

@@ -7,7 +7,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::film::filter::Filter;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind, available_threads};
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::load::load;
 use etendue::internals::scene::prepare::prepare;
 use std::path::Path;
@@ -54,7 +54,7 @@ fn renders(c: &mut Criterion) {
                     };
                     let id = [backend.name(), precision.name(), sampler.name()].join("/");
                     group.bench_function(id, |b| {
-                        b.iter(|| render(&scene, &filter, size, &settings, &Unwatched));
+                        b.iter(|| render(&scene, &filter, size, &settings, &NullRenderObserver));
                     });
                 }
             }

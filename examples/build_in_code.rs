@@ -8,7 +8,9 @@ use etendue::description::{
     MaterialDescription, MaterialModel, MeshDescription, Place, SceneDescription, ShapeDescription,
 };
 use etendue::vec::{DAffine3, DVec3};
-use etendue::{RenderOptions, Result, Rgb, Session, Unwatched, WriteOptions, tracing, write};
+use etendue::{
+    NullRenderObserver, RenderOptions, Result, Rgb, Session, WriteOptions, tracing, write,
+};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -27,7 +29,7 @@ fn main() -> Result<()> {
 }
 
 fn picture(session: &Session, file: &str) -> Result<()> {
-    let rendering = session.render(&RenderOptions::samples(64), &Unwatched)?;
+    let rendering = session.render(&RenderOptions::samples(64), &NullRenderObserver)?;
     write(
         Path::new(file),
         &rendering.image(),

@@ -4,7 +4,7 @@
 //! `cargo run --release --example ground_truth -- scene.toml picture.exr`
 
 use etendue::{
-    ColourSpace, Error, Image, RenderOptions, Result, Session, Unwatched, rel_mse, tracing,
+    ColourSpace, Error, Image, NullRenderObserver, RenderOptions, Result, Session, rel_mse, tracing,
 };
 use std::path::Path;
 
@@ -22,7 +22,7 @@ fn main() -> Result<()> {
     let picture = Image::read(Path::new(picture), ColourSpace::Srgb)?;
     let session = Session::load(Path::new(scene), tracing())?;
     let options = RenderOptions::samples(STEP);
-    let mut truth = session.render(&options, &Unwatched)?;
+    let mut truth = session.render(&options, &NullRenderObserver)?;
     loop {
         let reference = truth.image();
         let size = |image: &Image| (image.width(), image.height());
@@ -41,7 +41,7 @@ fn main() -> Result<()> {
         if error < 0.2 * off || truth.spp() >= MOST {
             break;
         }
-        truth.add_samples(&session, truth.spp(), &Unwatched)?;
+        truth.add_samples(&session, truth.spp(), &NullRenderObserver)?;
     }
     let reference = truth.image();
     let bars = truth.error_bars();

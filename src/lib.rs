@@ -9,7 +9,7 @@
 //!     MaterialModel, Place, SceneDescription, ShapeDescription,
 //! };
 //! use etendue::vec::DVec3;
-//! use etendue::{RenderOptions, Rgb, Session, Unwatched, tracing};
+//! use etendue::{RenderOptions, Rgb, Session, NullRenderObserver, tracing};
 //!
 //! # fn main() -> etendue::Result<()> {
 //! let eye = DVec3::new(0.0, 1.0, 4.0);
@@ -24,8 +24,8 @@
 //! scene.add_light(LightDescription::sky(Place::default(), Rgb::WHITE))?;
 //!
 //! let session = Session::new(scene, tracing())?;
-//! let mut rendering = session.render(&RenderOptions::samples(128), &Unwatched)?;
-//! rendering.add_samples(&session, 128, &Unwatched)?;
+//! let mut rendering = session.render(&RenderOptions::samples(128), &NullRenderObserver)?;
+//! rendering.add_samples(&session, 128, &NullRenderObserver)?;
 //! assert_eq!(rendering.spp(), 256);
 //! // A white sky lights the ball evenly, and is seen beside it.
 //! let middle = rendering.image().get(16, 12).to_array()[1];
@@ -78,7 +78,7 @@ mod state;
 
 pub use accel::{AccelOptions, Backend, Precision, Quality};
 pub use error::{Error, ErrorKind, Result};
-pub use film::bars::ErrorBars;
+pub use film::error_bars::ErrorBars;
 pub use film::filter::FilterSampling;
 pub use film::{Doubt, ErrorEstimate, Film, Window};
 pub use geometry::texture::Texture;
@@ -88,20 +88,20 @@ pub use image::{
 };
 pub use integrator::kind::IntegratorKind;
 pub use integrator::light_paths::LightPathShare;
-pub use integrator::reuse::Reuse;
-pub use integrator::roulette::{NoRoulette, Roulette, WeightWindow};
+pub use integrator::reuse::PathReuse;
+pub use integrator::roulette::{ParseRouletteError, Roulette, WeightWindow};
 pub use math::rgb::Rgb;
 pub use math::vec;
-pub use render::auto::{LightPathChoice, PathChoices, Recommendation, ReuseChoice};
+pub use render::auto::{LightPathChoice, PathChoices, PathReuseChoice, Recommendation};
 pub use render::options::RenderOptions;
-pub use render::settings::{Adaptive, LightPathRule, ReuseRule};
+pub use render::settings::{Adaptive, LightPathRule, PathReuseRule};
 pub use render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
-pub use render::{CONFIDENCE, Progress, RenderObserver, Rendered, Unwatched};
+pub use render::{CONFIDENCE, NullRenderObserver, Progress, RenderObserver, Rendered};
 pub use sampling::warp::sample_hemisphere_cosine;
 pub use scene::description;
-pub use scene::footprint::of_mesh;
+pub use scene::footprint::mesh_build_memory;
 pub use scene::{check, load};
-pub use session::{Met, QueryRay, Rendering, Session, Work, tracing};
+pub use session::{QueryRay, Rendering, Session, SurfaceHit, Work, tracing};
 
 /// The parts of the renderer, for the packages of this workspace and for tests: no promise is kept of them.
 #[cfg(feature = "internals")]

@@ -11,7 +11,7 @@ use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec2};
 use etendue::internals::scene::description::{
-    CameraDescription, ColourDescription, GeometryDescription, InstanceDescription, Key,
+    CameraDescription, ColourDescription, GeometryDescription, InstanceDescription, Keyframe,
     LightDescription, LightModel, MaterialDescription, MaterialModel, MeshDescription, Place,
     SceneDescription, ShapeDescription,
 };
@@ -99,15 +99,15 @@ fn glowing(shape: ShapeDescription, emission: ColourDescription) -> ShapeDescrip
     }
 }
 
-fn turning() -> Vec<Key> {
-    let key = |time: f64| Key {
+fn turning() -> Vec<Keyframe> {
+    let key = |time: f64| Keyframe {
         time,
         transform: DAffine3::from_rotation_y(2.0 * time),
     };
     vec![key(0.0), key(1.0)]
 }
 
-fn placed_often(motion: &[Key]) -> SceneDescription {
+fn placed_often(motion: &[Keyframe]) -> SceneDescription {
     let mut scene = empty();
     let group = scene.add_group("pair");
     for x in 0..2 {

@@ -66,9 +66,9 @@ impl<'a> Tables<'a> {
             let Geometry::Mesh(mesh) = geometry else {
                 panic!("{} is not a mesh", shape.name);
             };
-            let of_mesh = 0..mesh.indices().len() as u32;
+            let mesh_build_memory = 0..mesh.indices().len() as u32;
             first.push(triangles.len() as u32);
-            triangles.extend(of_mesh.map(|t| mesh.triangle(t).map(|v| v.to_array())));
+            triangles.extend(mesh_build_memory.map(|t| mesh.triangle(t).map(|v| v.to_array())));
             let model = &description.materials[shape.material].model;
             let MaterialModel::Diffuse {
                 reflectance: of_shape,

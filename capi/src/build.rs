@@ -76,7 +76,7 @@ unsafe impl Versioned for EtdWork {
 }
 
 /// Upper limit for the number of threads.
-const MOST_THREADS: u32 = 4096;
+const MAX_THREADS: u32 = 4096;
 
 impl EtdTracing {
     pub fn options(&self) -> Result<AccelOptions, Failure> {
@@ -100,9 +100,9 @@ impl EtdTracing {
                 *found.ok_or_else(missing)?
             }
         };
-        if self.threads > MOST_THREADS {
+        if self.threads > MAX_THREADS {
             return Err(Failure::argument(format!(
-                "threads: {}, expected at most {MOST_THREADS}",
+                "threads: {}, expected at most {MAX_THREADS}",
                 self.threads
             )));
         }

@@ -9,7 +9,7 @@ use crate::scene::{EtdScene, SCENES};
 use crate::settings::EtdSettings;
 use crate::status::{EtdStatus, Failure};
 use renderer::vec::DVec3;
-use renderer::{Met, QueryRay};
+use renderer::{QueryRay, SurfaceHit};
 use std::ffi::c_void;
 
 /// A ray in world space.
@@ -70,8 +70,8 @@ impl From<EtdRay> for QueryRay {
     }
 }
 
-impl From<Option<Met>> for EtdHit {
-    fn from(met: Option<Met>) -> Self {
+impl From<Option<SurfaceHit>> for EtdHit {
+    fn from(met: Option<SurfaceHit>) -> Self {
         let Some(met) = met else {
             return Self::default();
         };

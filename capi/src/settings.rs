@@ -10,9 +10,9 @@ use renderer::Adaptive;
 use renderer::FilterSampling;
 use renderer::IntegratorKind;
 use renderer::LightPathRule;
-use renderer::NoRoulette;
+use renderer::ParseRouletteError;
+use renderer::PathReuseRule;
 use renderer::RenderOptions;
-use renderer::ReuseRule;
 use renderer::SamplerKind;
 use std::ffi::c_char;
 use std::mem::offset_of;
@@ -98,14 +98,14 @@ impl EtdSettings {
             options.adaptive = named(self.adaptive, ways, "adaptive")?;
             let rules = LightPathRule::ALL.iter().map(|&it| (it.name(), it));
             options.light_paths = named(self.light_paths, rules, "light_paths")?;
-            let rules = ReuseRule::ALL.iter().map(|&it| (it.name(), it));
+            let rules = PathReuseRule::ALL.iter().map(|&it| (it.name(), it));
             options.reuse = named(self.reuse, rules, "reuse")?;
             let estimators = FilterSampling::ALL.iter().map(|&it| (it.name(), it));
             options.filter_sampling = named(self.filter_sampling, estimators, "filter_sampling")?;
             let roulette = text(self.roulette, "roulette")?.map(str::parse);
-            options.roulette = roulette
-                .transpose()
-                .map_err(|error: NoRoulette| Failure::argument(format!("roulette: {error}")))?;
+            options.roulette = roulette.transpose().map_err(|error: ParseRouletteError| {
+                Failure::argument(format!("roulette: {error}"))
+            })?;
         }
         options.seed = has(ETD_HAS_SEED).then_some(self.seed);
         options.max_bounces = has(ETD_HAS_MAX_BOUNCES).then_some(self.max_bounces);

@@ -15,7 +15,7 @@ use etendue::internals::image::atomic::check_creatable;
 use etendue::internals::image::{self, LayeredImage, MetadataValue, WriteOptions};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::{
-    Adaptive, LightPathRule, RenderSettings, ReuseRule, available_threads,
+    Adaptive, LightPathRule, PathReuseRule, RenderSettings, available_threads,
 };
 use etendue::internals::session::layers::with_film;
 use etendue::internals::state::{Merge, State, describe, read_header};
@@ -211,7 +211,7 @@ fn settings_of_paths(state: &State) -> RenderSettings {
         settings.light_paths = *rule;
     }
     let kept = identity.settings.get("reuse");
-    if let Some(rule) = ReuseRule::ALL.iter().find(|it| is_kept(kept, it)) {
+    if let Some(rule) = PathReuseRule::ALL.iter().find(|it| is_kept(kept, it)) {
         settings.reuse = *rule;
     }
     settings

@@ -6,7 +6,7 @@
 
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::{
-    LightPathChoice, Recommendation, ReuseChoice, WindowChoice,
+    LightPathChoice, PathReuseChoice, Recommendation, WindowChoice,
 };
 use etendue_lab::study::bootstrap::Ranged;
 use serde::Serialize;
@@ -115,8 +115,8 @@ impl LightPathReport {
     }
 }
 
-impl From<ReuseChoice> for ReuseReport {
-    fn from(choice: ReuseChoice) -> Self {
+impl From<PathReuseChoice> for ReuseReport {
+    fn from(choice: PathReuseChoice) -> Self {
         Self {
             pixels: choice.reuse.name(),
             squared_error_without: choice.ratio,
@@ -151,7 +151,7 @@ impl RouletteReport {
             "{} (the smaller window has {:.2} times the rays of the larger one in a pilot, and is taken up to {} times)",
             self.rule,
             self.rays_of_smaller_window,
-            WindowChoice::MOST_RAYS
+            WindowChoice::MAX_RAYS
         )
     }
 }

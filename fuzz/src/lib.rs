@@ -123,7 +123,7 @@ const FOR_SUMS: usize = 128;
 const FOR_ANYTHING: usize = 8 << 20;
 /// Primitives of a scene that is traced, too: obvhs builds a tree of coincident ones in a time that grows with the square of
 /// their number.
-const MOST_TRACED: usize = 4096;
+const MAX_TRACED: usize = 4096;
 /// Bytes of a message: it repeats little of the file.
 const LONGEST_MESSAGE: usize = 8 << 10;
 
@@ -247,7 +247,7 @@ fn load_bytes(file: &str, bytes: &[u8], scene: &str) {
 
 /// Makes a valid scene ready with every backend, and takes a few samples.
 fn load_and_render(mut description: SceneDescription) {
-    if primitives(&description) > MOST_TRACED {
+    if primitives(&description) > MAX_TRACED {
         return;
     }
     let Ok(mut settings) = RenderSettings::of_scene(&description) else {

@@ -162,7 +162,7 @@ impl Conductor {
         let mut wi = if u_lobe < o.loss {
             self.sample_multiple(u)
         } else {
-            ggx.sample_mirrored(up, u)
+            ggx.sample_reflection(up, u)
         };
         if wi.z <= 0.0 {
             return None;
@@ -181,7 +181,7 @@ impl Conductor {
     /// Evaluates a rough surface, both directions above it; `o` is the single scattering towards `wo`.
     #[inline]
     fn eval_rough(&self, ggx: &Ggx, wo: Vec3, wi: Vec3, o: SingleScatter) -> BsdfValue {
-        let facets = ggx.mirroring(wo, wi);
+        let facets = ggx.reflection_terms(wo, wi);
         let fresnel = self.tint * fresnel::conductor_rgb(facets.cos, self.eta, self.k);
         let ms = self.albedo.multiple_scattering(o, self.albedo.at(wi.z));
         let pdf = (1.0 - o.loss) * facets.pdf + o.loss * self.albedo.pdf_multiple(wi.z);

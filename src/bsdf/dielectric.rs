@@ -212,7 +212,7 @@ impl Side {
     /// Evaluates reflection, both directions above. Walter et al. eq. 20: f = F G D / (4 cos_o cos_i).
     #[inline]
     fn eval_reflection(&self, ggx: &Ggx, wo: Vec3, wi: Vec3) -> BsdfValue {
-        let facets = ggx.mirroring(wo, wi);
+        let facets = ggx.reflection_terms(wo, wi);
         let r = fresnel::dielectric(facets.cos, self.n_o, self.n_t).reflectance;
         BsdfValue {
             f: Rgb::grey(r * facets.d_v),

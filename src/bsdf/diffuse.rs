@@ -47,14 +47,14 @@ impl<V: Vector> Diffuse<V> {
     /// Samples a cosine-weighted direction; the weight is the albedo.
     #[inline]
     pub fn sample(&self, wo: V, numbers: &BsdfSampleInput) -> Option<BsdfSample<V>> {
-        (wo.z() != 0.0).then(|| self.sample_cosine(wo, numbers.by_cosine.into()))
+        (wo.z() != 0.0).then(|| self.sample_cosine(wo, numbers.cosine_direction.into()))
     }
 
     /// The sample for a cosine-weighted direction on the upper hemisphere, flipped to the side of `wo`, which is not
     /// tangential. Free of branches.
     #[inline(always)]
-    pub fn sample_cosine(&self, wo: V, by_cosine: V) -> BsdfSample<V> {
-        let [x, y, z] = by_cosine.into();
+    pub fn sample_cosine(&self, wo: V, cosine_direction: V) -> BsdfSample<V> {
+        let [x, y, z] = cosine_direction.into();
         let pdf = pdf_hemisphere_cosine(z);
         BsdfSample {
             wi: V::new(x, y, z.copysign(wo.z())),

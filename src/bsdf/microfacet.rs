@@ -17,14 +17,14 @@ pub const SMOOTH_ALPHA: f32 = 1e-4;
 
 /// The terms of microfacet reflection for a pair of directions, at their half vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mirroring {
+pub struct ReflectionTerms {
     /// The cosine between either direction and the half vector: half the length of wo + wi. This form is exactly
     /// symmetric in wo and wi, and accurate also at grazing angles, where wo.m cancels.
     pub cos: f32,
     /// D V, which times the Fresnel reflectance is f: V = G2(wo, wi) / (4 cos_o cos_i) with the height-correlated
     /// G2 = 1 / (1 + Lambda_o + Lambda_i). Heitz 2014 eq. 99.
     pub d_v: f32,
-    /// The density of [`Ggx::sample_mirrored`] per steradian.
+    /// The density of [`Ggx::sample_reflection`] per steradian.
     pub pdf: f32,
 }
 
@@ -103,10 +103,10 @@ impl Ggx {
         self.visible(wo, u).normalize()
     }
 
-    /// Samples a visible normal and reflects `wo` about it, with density [`Ggx::pdf_mirrored`]. The result may lie below
+    /// Samples a visible normal and reflects `wo` about it, with density [`Ggx::pdf_reflection`]. The result may lie below
     /// the surface.
     #[inline(always)]
-    pub fn sample_mirrored<V: Vector>(&self, wo: V, u: Vec2) -> V {
+    pub fn sample_reflection<V: Vector>(&self, wo: V, u: Vec2) -> V {
         let m = self.visible(wo, u);
         m * (2.0 * wo.dot(m) / m.length_squared()) - wo
     }
@@ -133,7 +133,7 @@ impl Ggx {
     ///
     /// D needs no unit normal: with h = wo + wi it is alpha^2 / pi (|h|^2 / (alpha^2 h_z^2 + h_x^2 + h_y^2))^2.
     #[inline(always)]
-    pub fn mirroring<V: Vector>(&self, wo: V, wi: V) -> Mirroring {
+    pub fn reflection_terms<V: Vector>(&self, wo: V, wi: V) -> ReflectionTerms {
         let h = wo + wi;
         let length2 = h.length_squared();
         let [x, y, z] = h.into();
@@ -143,7 +143,7 @@ impl Ggx {
         let half_d = 0.5 * FRAC_1_PI * self.alpha2 * (ratio * ratio);
         let (so, si) = (self.stretched_cos(wo), self.stretched_cos(wi));
         let (cos_o, cos_i) = (wo.z(), wi.z());
-        Mirroring {
+        ReflectionTerms {
             cos: (0.5 * length2.sqrt()).min(1.0),
             d_v: planted!(
                 "shadowing-uncorrelated",
@@ -161,12 +161,12 @@ impl Ggx {
     /// The density of [`Ggx::sample_visible`] per steradian of `m`: G1(wo) max(0, wo.m) D(m) / cos_o. Heitz 2014 eq. 16.
     #[inline]
     pub fn pdf_visible(&self, wo: Vec3, m: Vec3) -> f32 {
-        4.0 * wo.dot(m).max(0.0) * self.pdf_mirrored(wo, m)
+        4.0 * wo.dot(m).max(0.0) * self.pdf_reflection(wo, m)
     }
 
-    /// The density of [`Ggx::sample_mirrored`] per steradian, as a function of the normal: pdf_visible / (4 wo.m).
+    /// The density of [`Ggx::sample_reflection`] per steradian, as a function of the normal: pdf_visible / (4 wo.m).
     #[inline]
-    pub fn pdf_mirrored(&self, wo: Vec3, m: Vec3) -> f32 {
+    pub fn pdf_reflection(&self, wo: Vec3, m: Vec3) -> f32 {
         0.25 * self.d(m) * self.g1_over_cos(wo)
     }
 }

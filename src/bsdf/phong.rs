@@ -62,7 +62,7 @@ impl Phong {
             let wi = about_mirror.to_world(sample_cosine_power(numbers.u, self.exponent));
             (wi, Lobe::GlossyReflection)
         } else {
-            (numbers.by_cosine, Lobe::Diffuse)
+            (numbers.cosine_direction, Lobe::Diffuse)
         };
         if wi.z <= 0.0 {
             return None;

@@ -51,7 +51,7 @@ pub struct BsdfSampleInput {
     pub u: Vec2,
     /// The cosine-weighted direction for `u`, which most BSDFs need. It is stored so that callers with many inputs can
     /// compute it in SIMD lanes.
-    pub by_cosine: Vec3,
+    pub cosine_direction: Vec3,
 }
 
 impl BsdfSampleInput {
@@ -61,7 +61,7 @@ impl BsdfSampleInput {
         Self {
             lobe,
             u,
-            by_cosine: sample_hemisphere_cosine(u),
+            cosine_direction: sample_hemisphere_cosine(u),
         }
     }
 }

@@ -103,7 +103,7 @@ const UNRESOLVED: f64 = 0.4;
 const SURE: f64 = 1.645;
 
 /// The largest share of pixels that counts as few.
-const MOST_PIXELS: f64 = 0.05;
+const MAX_PIXELS: f64 = 0.05;
 
 /// The share of the largest single sample's term in the margin of the bound. Measured: with 1/8, bounds in scenes with
 /// rare bright samples (shaded-lamps by `bdpt`) fail by up to 3 %.
@@ -203,7 +203,7 @@ impl RelativeVariances {
             }
         }
         let at_least = best.sqrt();
-        let are_few = bright as f64 <= MOST_PIXELS * self.count() as f64;
+        let are_few = bright as f64 <= MAX_PIXELS * self.count() as f64;
         if is_unresolved && are_few {
             Some(Doubt::FewPixels {
                 at_least,

@@ -21,7 +21,7 @@ pub struct FilterDescription {
 }
 
 /// The largest radius of a filter, in pixels.
-pub const MOST_RADIUS: f64 = 32.0;
+pub const MAX_RADIUS: f64 = 32.0;
 
 /// The estimator of a pixel filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]

@@ -13,16 +13,16 @@
 //! below and in `tests/rendering/filters.rs`.
 
 /// The largest reach of a footprint, in pixels: sums are kept for as many pixels around each tile.
-pub const MOST_REACH: u32 = 4;
+pub const MAX_REACH: u32 = 4;
 
 /// The number of weights along an axis of the largest footprint.
-const MOST_WEIGHTS: usize = 2 * MOST_REACH as usize + 1;
+const MAX_WEIGHTS: usize = 2 * MAX_REACH as usize + 1;
 
 /// The number of cells of the table over a pixel's width. Interpolation differs from a Gaussian by 2 * 10^-6 of its peak.
 const CELLS: usize = 512;
 
 /// The weights along one axis, from the pixel `reach` before that of the sample to the one `reach` behind it.
-pub type AxisWeights = [f32; MOST_WEIGHTS];
+pub type AxisWeights = [f32; MAX_WEIGHTS];
 
 /// A table of the weights along one axis.
 #[derive(Debug, Clone)]
@@ -37,7 +37,7 @@ impl Footprint {
     /// centre in pixels; `None` if its reach is too large, or if it does not reach beyond its own pixel.
     pub fn new(radius: f64, profile: impl Fn(f64) -> f64) -> Option<Self> {
         let reach = (radius - 0.5).ceil();
-        if !(1.0..=f64::from(MOST_REACH)).contains(&reach) {
+        if !(1.0..=f64::from(MAX_REACH)).contains(&reach) {
             return None;
         }
         let count = 2 * reach as usize + 1;
@@ -52,7 +52,7 @@ impl Footprint {
         let all: f64 = (0..=CELLS).map(of_node).sum();
         let integral = (all - 0.5 * (of_node(0) + of_node(CELLS))) / CELLS as f64;
         let node = |weights: &Vec<f64>| {
-            let mut node = [0.0; MOST_WEIGHTS];
+            let mut node = [0.0; MAX_WEIGHTS];
             for (to, weight) in node.iter_mut().zip(weights) {
                 *to = (weight / integral) as f32;
             }

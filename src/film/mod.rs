@@ -10,9 +10,9 @@
 //! pixels with adaptive sampling.
 //! Source: the image error of docs/accuracy.md. Tested below and in `tests/rendering/determinism.rs`.
 
-pub mod bars;
 pub mod batches;
 mod error;
+pub mod error_bars;
 mod estimate;
 pub mod filter;
 pub mod footprint;

@@ -32,13 +32,13 @@ const AROUND: usize = 2;
 const BLOCK: usize = 8;
 
 /// The least number of blocks; blocks are made smaller where there would be fewer.
-const LEAST_BLOCKS: usize = 32;
+const MIN_BLOCKS: usize = 32;
 
 /// The least edge of a block, as a multiple of the reach of a sample ...
-const LEAST_REACHES: usize = 4;
+const MIN_REACHES: usize = 4;
 
 /// ... and in pixels, as those of an interleaved packet may share paths.
-const LEAST_EDGE: usize = 8;
+const MIN_EDGE: usize = 8;
 
 /// The variance of each pixel's mean over the squared truth, by either half of the batches.
 pub(super) struct RelativeVariances {
@@ -137,8 +137,8 @@ impl RelativeVariances {
         let blocks = |edge: usize| width.div_ceil(edge) * height.div_ceil(edge);
         // Blocks of a few times the reach contain nearly all correlation of neighbours.
         let mut edge = BLOCK * self.reach.max(1);
-        let least = (LEAST_REACHES * self.reach).max(LEAST_EDGE);
-        while edge > least && blocks(edge) < LEAST_BLOCKS {
+        let least = (MIN_REACHES * self.reach).max(MIN_EDGE);
+        while edge > least && blocks(edge) < MIN_BLOCKS {
             edge /= 2;
         }
         Blocks {

@@ -10,7 +10,7 @@
 
 use super::Window;
 use super::batches::BATCHES;
-use super::filter::{Filter, MOST_RADIUS};
+use super::filter::{Filter, MAX_RADIUS};
 use super::pixel::PixelSums;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
 /// The largest number of pixels along an axis that a filter covers.
-const MOST_COVERED: usize = 2 * MOST_RADIUS as usize + 1;
+const MAX_COVERED: usize = 2 * MAX_RADIUS as usize + 1;
 
 /// A bidirectional strategy: s vertices of the light subpath and t of the camera subpath, endpoints included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -148,7 +148,7 @@ impl Splats {
         let columns = covering(filter, film.x, self.window.x, self.window.width);
         let first = (columns.start - self.window.x) as usize;
         // Weights along the columns are the same in every row.
-        let mut weights = [0.0; MOST_COVERED];
+        let mut weights = [0.0; MAX_COVERED];
         let weights = &mut weights[..columns.len()];
         for (weight, x) in weights.iter_mut().zip(columns) {
             *weight = filter.evaluate_axis(offset(film.x, x));

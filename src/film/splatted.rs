@@ -26,7 +26,7 @@ use crate::planted::planted;
 pub type WeightedSums = Sums<4>;
 
 /// The least mean weight of a batch that radiance is divided by.
-const LEAST_WEIGHT: f64 = 0.25;
+const MIN_WEIGHT: f64 = 0.25;
 
 /// Sums over the samples of some pixels, the sources, for all pixels that they contribute to.
 #[derive(Debug, Clone, PartialEq)]
@@ -218,7 +218,7 @@ fn controlled(
     if counts[other] == 0 {
         return [r, g, b];
     }
-    let divisor = if divisor > LEAST_WEIGHT { divisor } else { 1.0 };
+    let divisor = if divisor > MIN_WEIGHT { divisor } else { 1.0 };
     let control = |mean: f64, other: f64| mean - (weight - 1.0) * (other / divisor);
     [
         control(r, other_r),

@@ -29,9 +29,9 @@ pub trait Indirect: Copy + Send + Sync {
 
 /// Indirect light without a cache: every path continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Traced;
+pub struct Uncached;
 
-impl Indirect for Traced {
+impl Indirect for Uncached {
     const CACHES: bool = false;
 
     #[inline(always)]

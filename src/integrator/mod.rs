@@ -26,8 +26,8 @@ use crate::sampler::Sampler;
 use crate::scene::Scene;
 use light_paths::{LightPathSplats, LightPaths};
 use observer::PathObserver;
-use path::PathMemory;
-use reuse::Reuse;
+use path::PathScratch;
+use reuse::PathReuse;
 pub use roulette::Roulette;
 use serde::{Deserialize, Serialize};
 
@@ -140,7 +140,7 @@ pub struct Estimate {
 /// An estimator of radiance, for one sample or for a wavefront of samples.
 pub trait Integrator: Copy + Send + Sync {
     /// Whether the integrator estimates a wavefront faster than one sample after the other.
-    const SIDE_BY_SIDE: bool = false;
+    const IS_WAVEFRONT: bool = false;
 
     /// Estimates the radiance of several samples. Each value is exactly the one that the sample would have by itself,
     /// unless pixels share paths ([`Self::reuse`]). There is a sampler for each lane, in order.
@@ -149,7 +149,7 @@ pub trait Integrator: Copy + Send + Sync {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [SampleLanes],
-        _memory: &mut PathMemory<E>,
+        _memory: &mut PathScratch<E>,
         observer: &mut O,
     ) {
         for (samplers, samples) in samplers.chunks_mut(LANES).zip(samples) {
@@ -205,8 +205,8 @@ pub trait Integrator: Copy + Send + Sync {
     /// The number of pixels that share their paths: the estimate of a sample then depends on those of its packet, all of
     /// which have to be taken.
     #[inline]
-    fn reuse(&self) -> Reuse {
-        Reuse::Off
+    fn reuse(&self) -> PathReuse {
+        PathReuse::Off
     }
 
     /// The light paths that are traced beside the camera paths.
@@ -222,7 +222,7 @@ pub trait Integrator: Copy + Send + Sync {
         _scene: &Scene,
         _samplers: &mut [S],
         _samples: &mut [SampleLanes],
-        _memory: &mut PathMemory<E>,
+        _memory: &mut PathScratch<E>,
         _splats: &mut LightPathSplats<'_>,
     ) {
     }

@@ -124,14 +124,14 @@ pub trait PathObserver {
     /// Called when the path ends at a surface: by absorption, or by the bounce limit.
     fn absorbed(&mut self) {}
     /// Called with the value of the sample, which the film adds if it is finite.
-    fn filmed(&mut self, _value: Rgb) {}
+    fn sample_added(&mut self, _value: Rgb) {}
 }
 
 /// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Unobserved;
+pub struct NullPathObserver;
 
-impl PathObserver for Unobserved {
+impl PathObserver for NullPathObserver {
     #[inline(always)]
     fn is_observing(&self) -> bool {
         false

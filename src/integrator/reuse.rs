@@ -12,7 +12,7 @@ const WIDTH: usize = 4;
 
 /// The number of pixels that take light from each other's paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub enum Reuse {
+pub enum PathReuse {
     /// One: no path is shared.
     #[default]
     Off,
@@ -22,7 +22,7 @@ pub enum Reuse {
     Sixteen,
 }
 
-impl Reuse {
+impl PathReuse {
     /// Every number.
     pub const ALL: &'static [Self] = &[Self::Off, Self::Four, Self::Sixteen];
 
@@ -67,7 +67,11 @@ mod tests {
 
     #[test]
     fn reuse_groups_partition_the_packet() {
-        for (reuse, size) in [(Reuse::Off, 1), (Reuse::Four, 4), (Reuse::Sixteen, 16)] {
+        for (reuse, size) in [
+            (PathReuse::Off, 1),
+            (PathReuse::Four, 4),
+            (PathReuse::Sixteen, 16),
+        ] {
             for lane in 0..LANES {
                 let group = reuse.group_of(lane);
                 assert!(group.has(lane));
@@ -77,7 +81,7 @@ mod tests {
                 }
             }
         }
-        let group = Reuse::Four.group_of(7);
+        let group = PathReuse::Four.group_of(7);
         assert!(group.each().eq([2, 3, 6, 7]));
     }
 }

@@ -46,7 +46,7 @@ impl Default for WeightWindow {
 
 impl WeightWindow {
     /// The weight window 1/`parts`; `None` unless `parts` is from 1 to 64.
-    pub fn one_part_in(parts: u8) -> Option<Self> {
+    pub fn reciprocal_of(parts: u8) -> Option<Self> {
         (1..=64).contains(&parts).then_some(Self { parts })
     }
 }
@@ -90,14 +90,14 @@ impl From<Roulette> for String {
 
 /// A text that does not name a rule of roulette.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoRoulette {
+pub enum ParseRouletteError {
     /// An unknown name.
     Name,
     /// A window that is not 1/N with N from 1 to 64.
     Window,
 }
 
-impl fmt::Display for NoRoulette {
+impl fmt::Display for ParseRouletteError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Name => write!(f, "expected one of: {}", Roulette::NAMES.join(", ")),
@@ -108,12 +108,12 @@ impl fmt::Display for NoRoulette {
     }
 }
 
-impl std::error::Error for NoRoulette {}
+impl std::error::Error for ParseRouletteError {}
 
 impl FromStr for Roulette {
-    type Err = NoRoulette;
+    type Err = ParseRouletteError;
 
-    fn from_str(text: &str) -> Result<Self, NoRoulette> {
+    fn from_str(text: &str) -> Result<Self, ParseRouletteError> {
         match text {
             "none" => return Ok(Self::None),
             "albedo" => return Ok(Self::Albedo),
@@ -121,13 +121,15 @@ impl FromStr for Roulette {
             "window" => return Ok(Self::Window(WeightWindow::default())),
             _ => {}
         }
-        let window = text.strip_prefix("window=").ok_or(NoRoulette::Name)?;
+        let window = text
+            .strip_prefix("window=")
+            .ok_or(ParseRouletteError::Name)?;
         let parts = match window {
             "1" => Some(1),
             _ => window.strip_prefix("1/").and_then(|n| n.parse().ok()),
         };
-        let window = parts.and_then(WeightWindow::one_part_in);
-        window.map(Self::Window).ok_or(NoRoulette::Window)
+        let window = parts.and_then(WeightWindow::reciprocal_of);
+        window.map(Self::Window).ok_or(ParseRouletteError::Window)
     }
 }
 
@@ -187,7 +189,7 @@ mod tests {
         }
         assert_eq!("window".parse(), "window=1/2".parse::<Roulette>());
         assert_eq!("window=1".parse(), "window=1/1".parse::<Roulette>());
-        assert_eq!("windows".parse::<Roulette>(), Err(NoRoulette::Name));
+        assert_eq!("windows".parse::<Roulette>(), Err(ParseRouletteError::Name));
         for text in [
             "window=",
             "window=0.5",
@@ -195,7 +197,11 @@ mod tests {
             "window=1/65",
             "window=1/-2",
         ] {
-            assert_eq!(text.parse::<Roulette>(), Err(NoRoulette::Window), "{text}");
+            assert_eq!(
+                text.parse::<Roulette>(),
+                Err(ParseRouletteError::Window),
+                "{text}"
+            );
         }
     }
 
@@ -203,7 +209,7 @@ mod tests {
     #[test]
     fn weight_window_preserves_expected_throughput() {
         for (parts, beta) in [(1, 0.3), (4, 0.3), (4, 0.1), (8, 0.01), (64, 1.0)] {
-            let window = WeightWindow::one_part_in(parts).expect("it is from 1 to 64");
+            let window = WeightWindow::reciprocal_of(parts).expect("it is from 1 to 64");
             let survival = Roulette::Window(window).survival();
             let beta = Rgb::<crate::math::vec::Vec3>::grey(beta);
             let probability = survival.probability(1, beta, beta);

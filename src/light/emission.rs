@@ -10,7 +10,9 @@
 //! `tests/lights/emission.rs`.
 
 use super::Light;
-use super::types::{BoundingSphere, Emission, EmissionPdf, EmissionSample, MapRule, ShadowRayEnd};
+use super::types::{
+    BoundingSphere, Emission, EmissionPdf, EmissionSample, EnvironmentSampling, ShadowRayEnd,
+};
 use crate::effects::{Effects, Switch, beyond_kernel};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::frame::Frame;
@@ -69,7 +71,7 @@ impl Light {
                 from_beyond(ray, u_position, around)
             }
             Self::Environment(map) if E::EnvironmentMap::ON => {
-                let found = map.sample(u_direction, MapRule::Radiance)?;
+                let found = map.sample(u_direction, EnvironmentSampling::Radiance)?;
                 from_beyond((-found.wi, found.radiance, found.pdf), u_position, around)
             }
             _ => beyond_kernel(),
@@ -123,7 +125,7 @@ impl Light {
             },
             Self::Environment(map) => EmissionPdf {
                 position: Some(pdf_disk(around)),
-                direction: Some(map.eval(-direction, MapRule::Radiance).1),
+                direction: Some(map.eval(-direction, EnvironmentSampling::Radiance).1),
             },
         }
     }

@@ -14,7 +14,7 @@
 //! Source: Pharr, Jakob, Humphreys, "Infinite Area Lights"; the integral of a patch in closed form; Karlik, Sik, Vevoda,
 //! Skrivan and Krivanek 2019, "MIS Compensation". Tested in `tests/lights/environment.rs`.
 
-use super::types::{LightSample, MapRule, ShadowRayEnd};
+use super::types::{EnvironmentSampling, LightSample, ShadowRayEnd};
 use crate::image::Image;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -95,16 +95,16 @@ impl EnvironmentMap {
 
     /// The distribution over patches by a rule.
     #[inline]
-    fn distribution(&self, rule: MapRule) -> &Piecewise2d {
+    fn distribution(&self, rule: EnvironmentSampling) -> &Piecewise2d {
         match (rule, &self.compensated) {
-            (MapRule::Compensated, Some(compensated)) => compensated,
+            (EnvironmentSampling::Compensated, Some(compensated)) => compensated,
             _ => &self.patches,
         }
     }
 
     /// Samples a direction to the environment, the same for every receiver.
     #[inline]
-    pub fn sample(&self, u: Vec2, rule: MapRule) -> Option<LightSample> {
+    pub fn sample(&self, u: Vec2, rule: EnvironmentSampling) -> Option<LightSample> {
         let [column, row] = self.distribution(rule).sample(u.to_array().map(f64::from));
         let [low, high] = [self.borders[row.piece], self.borders[row.piece + 1]];
         let half_sin2 = low + row.offset * (high - low);
@@ -130,7 +130,7 @@ impl EnvironmentMap {
 
     /// The radiance from a direction, and the density of [`sample`](Self::sample) there.
     #[inline]
-    pub fn eval(&self, direction: Vec3, rule: MapRule) -> (Rgb, PdfSolidAngle) {
+    pub fn eval(&self, direction: Vec3, rule: EnvironmentSampling) -> (Rgb, PdfSolidAngle) {
         let at = self.locate(direction);
         let solid_angle = TAU / f64::from(self.image.width())
             * 2.0

@@ -1,4 +1,4 @@
-//! Guides of light paths: spheres around the shapes that cast caustics, towards which emitted rays are sampled.
+//! CausticTargets of light paths: spheres around the shapes that cast caustics, towards which emitted rays are sampled.
 //!
 //! An emitted ray is sampled by its light's own density or, with probability `GUIDED`, towards one of the spheres: a
 //! direction uniform in the cone of the sphere as seen from the point on the light, or for a light at infinity a point
@@ -20,11 +20,11 @@ use std::f32::consts::PI;
 const GUIDED: f32 = 0.25;
 
 /// The largest number of guides: a scene with more shapes that cast caustics has one guide around all of them.
-pub const MOST_GUIDES: usize = 12;
+pub const MAX_GUIDES: usize = 12;
 
 /// Spheres around the shapes that cast caustics.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Guides {
+pub struct CausticTargets {
     spheres: Vec<BoundingSphere>,
 }
 
@@ -51,7 +51,7 @@ struct Target {
     size: f32,
 }
 
-impl Guides {
+impl CausticTargets {
     /// Creates the guides of these spheres.
     pub fn new(spheres: Vec<BoundingSphere>) -> Self {
         Self { spheres }
@@ -220,13 +220,13 @@ mod tests {
         (hash::combine(index, of) >> 40) as f32 / 16_777_216.0
     }
 
-    fn guides() -> Guides {
+    fn guides() -> CausticTargets {
         let sphere = |x, radius| BoundingSphere {
             center: Vec3::new(x, 0.5, 2.0),
             radius,
         };
         // The last encloses a part of the first.
-        Guides::new(vec![sphere(0.0, 0.5), sphere(-3.0, 1.0), sphere(0.8, 0.6)])
+        CausticTargets::new(vec![sphere(0.0, 0.5), sphere(-3.0, 1.0), sphere(0.8, 0.6)])
     }
 
     const AROUND: BoundingSphere = BoundingSphere {

@@ -28,7 +28,7 @@ pub struct LightContextLanes {
 /// The end of a lane's shadow ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
-pub enum End {
+pub enum ShadowRayEndKind {
     /// There is no sample.
     None,
     /// [`ShadowRayEnd::Surface`].
@@ -43,7 +43,7 @@ pub enum End {
 #[repr(align(64))]
 #[derive(Debug, Clone)]
 pub struct LightSampleLanes {
-    /// The kinds of ends, as numbers of [`End`].
+    /// The kinds of ends, as numbers of [`ShadowRayEndKind`].
     pub end: Lanes<u32>,
     /// Unit vectors towards the light.
     pub wi: Lanes3,
@@ -63,7 +63,7 @@ impl Default for LightSampleLanes {
     fn default() -> Self {
         let zero = [[0.0; LANES]; 3];
         Self {
-            end: [End::None as u32; LANES],
+            end: [ShadowRayEndKind::None as u32; LANES],
             wi: zero,
             radiance: zero,
             pdf: [0.0; LANES],
@@ -83,8 +83,8 @@ fn store_if(condition: bool, to: &mut Lanes3, lane: usize, value: LaneVec3) {
 
 /// A sample in the form of a loop over lanes: on a surface, or none.
 pub struct LaneSample {
-    /// [`End::Surface`] or [`End::None`].
-    pub end: End,
+    /// [`ShadowRayEndKind::Surface`] or [`ShadowRayEndKind::None`].
+    pub end: ShadowRayEndKind,
     /// Unit vector towards the light.
     pub wi: LaneVec3,
     /// Radiance that arrives along `wi`.
@@ -122,7 +122,7 @@ impl LightSampleLanes {
     #[inline]
     pub fn set(&mut self, lane: usize, sample: Option<&LightSample>) {
         let Some(sample) = sample else {
-            self.end[lane] = End::None as u32;
+            self.end[lane] = ShadowRayEndKind::None as u32;
             return;
         };
         store(&mut self.wi, lane, sample.wi);
@@ -133,13 +133,13 @@ impl LightSampleLanes {
                 store(&mut self.p, lane, point.p);
                 store(&mut self.error, lane, point.error);
                 store(&mut self.normal, lane, point.ng);
-                End::Surface
+                ShadowRayEndKind::Surface
             }
             ShadowRayEnd::Point(p) => {
                 store(&mut self.p, lane, *p);
-                End::Point
+                ShadowRayEndKind::Point
             }
-            ShadowRayEnd::Infinity => End::Infinity,
+            ShadowRayEnd::Infinity => ShadowRayEndKind::Infinity,
         } as u32;
     }
 
@@ -159,11 +159,13 @@ impl LightSampleLanes {
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Option<LightSample> {
         let end = match self.end[lane] {
-            end if end == End::Surface as u32 => {
+            end if end == ShadowRayEndKind::Surface as u32 => {
                 ShadowRayEnd::Surface(self.surface(lane), [0.0; 2])
             }
-            end if end == End::Point as u32 => ShadowRayEnd::Point(load(&self.p, lane)),
-            end if end == End::Infinity as u32 => ShadowRayEnd::Infinity,
+            end if end == ShadowRayEndKind::Point as u32 => {
+                ShadowRayEnd::Point(load(&self.p, lane))
+            }
+            end if end == ShadowRayEndKind::Infinity as u32 => ShadowRayEnd::Infinity,
             _ => return None,
         };
         let pdf = self.pdf[lane];

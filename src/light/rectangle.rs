@@ -7,7 +7,7 @@
 //! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
-use super::lanes::{End, LaneSample, LightContextLanes, LightSampleLanes};
+use super::lanes::{LaneSample, LightContextLanes, LightSampleLanes, ShadowRayEndKind};
 use super::types::{Emission, LightSample, ShadowRayEnd};
 use crate::geometry::surface::SurfacePoint;
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
@@ -389,7 +389,7 @@ vectorised! {
             let is_in_mask = mask.has(lane);
             near.set(lane, is_near & is_in_mask);
             let sample = LaneSample {
-                end: if pdf.is_finite() { End::Surface } else { End::None },
+                end: if pdf.is_finite() { ShadowRayEndKind::Surface } else { ShadowRayEndKind::None },
                 wi,
                 radiance: light.emission.towards(cos),
                 pdf: context.pmf[lane] * pdf,

@@ -12,7 +12,7 @@ use super::rectangle::{self, RectangleLanes};
 use super::sphere::{self, SphereLanes};
 use super::tree::LightTree;
 use super::triangle::{self, TriangleLanes};
-use super::types::{LightChoice, LightSample, LightSampling, MapRule, Receiver};
+use super::types::{EnvironmentSampling, LightChoice, LightSample, LightSampling, Receiver};
 use crate::effects::{Effects, Switch};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3};
 use crate::math::measure::{PdfSolidAngle, Pmf};
@@ -208,7 +208,7 @@ impl Lights {
             return None;
         }
         let mut sample = self.lights[light as usize].sample::<E>(rules, p, time, u)?;
-        sample.is_chosen_with(pmf);
+        sample.multiply_pdf_by(pmf);
         Some(sample)
     }
 
@@ -278,7 +278,11 @@ impl Lights {
 
     /// Evaluates the environment map along a direction; `None` if there is no map.
     #[inline]
-    pub fn environment(&self, direction: Vec3, rule: MapRule) -> Option<EnvironmentSample> {
+    pub fn environment(
+        &self,
+        direction: Vec3,
+        rule: EnvironmentSampling,
+    ) -> Option<EnvironmentSample> {
         let (light, map) = self.map.as_ref()?;
         let (radiance, pdf) = map.eval(direction, rule);
         Some(EnvironmentSample {

@@ -5,7 +5,7 @@
 //! Source: Pharr, Jakob, Humphreys, "Sampling Spheres"; 1 - cos = s^2 / (1 + sqrt(1 - s^2)) does not cancel for small
 //! cones. Tested in `tests/lights/light.rs` and `tests/lights/lanes.rs`.
 
-use super::lanes::{End, LaneSample, LightContextLanes, LightSampleLanes};
+use super::lanes::{LaneSample, LightContextLanes, LightSampleLanes, ShadowRayEndKind};
 use super::types::{Emission, LightSample, ShadowRayEnd};
 use crate::geometry::sphere::{Sphere, surface_along};
 use crate::geometry::surface::SurfacePoint;
@@ -276,7 +276,7 @@ vectorised! {
             let is_in_mask = mask.has(lane);
             inside.set(lane, !is_outside & is_in_mask);
             let sample = LaneSample {
-                end: End::Surface,
+                end: ShadowRayEndKind::Surface,
                 wi,
                 radiance: emission.towards(-wi.dot(normal)),
                 pdf: context.pmf[lane] * cone.density(),

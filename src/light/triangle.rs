@@ -7,7 +7,7 @@
 //! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
-use super::lanes::{End, LaneSample, LightContextLanes, LightSampleLanes};
+use super::lanes::{LaneSample, LightContextLanes, LightSampleLanes, ShadowRayEndKind};
 use super::types::{Emission, LightSample, ShadowRayEnd};
 use crate::geometry::mesh::{greatest_error, triangle_point};
 use crate::geometry::surface::SurfacePoint;
@@ -364,7 +364,7 @@ vectorised! {
             let is_in_mask = mask.has(lane);
             skew.set(lane, (method == Method::Skew) & is_in_mask);
             let sample = LaneSample {
-                end: if pdf.is_finite() { End::Surface } else { End::None },
+                end: if pdf.is_finite() { ShadowRayEndKind::Surface } else { ShadowRayEndKind::None },
                 wi,
                 radiance: light.emission.towards(cos),
                 pdf: context.pmf[lane] * pdf,

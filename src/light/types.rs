@@ -19,14 +19,14 @@ pub struct LightSample {
     pub radiance: Rgb,
     /// Density of `wi`; `None` for a delta light, which no other strategy samples.
     pub pdf: Option<PdfSolidAngle>,
-    /// End of the shadow ray.
+    /// ShadowRayEndKind of the shadow ray.
     pub end: ShadowRayEnd,
 }
 
 impl LightSample {
     /// Multiplies the density by the probability of selecting the light, or divides a delta light's irradiance by it.
     #[inline]
-    pub fn is_chosen_with(&mut self, pmf: Pmf) {
+    pub fn multiply_pdf_by(&mut self, pmf: Pmf) {
         match &mut self.pdf {
             Some(pdf) => *pdf = pmf * *pdf,
             None => self.radiance *= 1.0 / pmf.0,
@@ -69,7 +69,7 @@ impl LightChoice {
 
 /// The density of directions to an environment map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum MapRule {
+pub enum EnvironmentSampling {
     /// In proportion to radiance, for light sampling alone as well.
     #[default]
     Radiance,
@@ -85,7 +85,7 @@ pub struct LightSampling {
     /// The points on it.
     pub points: PointRule,
     /// The directions to an environment map.
-    pub map: MapRule,
+    pub map: EnvironmentSampling,
 }
 
 /// A point that receives light.

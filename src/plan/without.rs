@@ -24,7 +24,7 @@ use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
     ColourDescription, GeometryDescription, LightModel, MaterialDescription, MaterialModel,
-    MeshDescription, SceneDescription, Written,
+    MeshDescription, SceneDescription, WithLine,
 };
 use crate::scene::placement::{self, forms_own_group};
 use std::f64::consts::PI;
@@ -93,8 +93,8 @@ pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescripti
     scene
 }
 
-fn off() -> Written<String> {
-    Written {
+fn off() -> WithLine<String> {
+    WithLine {
         value: "off".to_owned(),
         line: 0,
     }

@@ -1,7 +1,7 @@
 //! The number of samples of the next pass, such that a render ends when its budget is used up.
 //!
 //! Measure: samples per pixel, the mean where pixels differ; seconds.
-//! Range: passes of 1 to `LARGEST_PASS` samples per pixel, multiples of a step. A time is met to within half a step: where
+//! Range: passes of 1 to `MAX_PASS` samples per pixel, multiples of a step. A time is met to within half a step: where
 //! the samples of every pixel take long, that is the best that whole passes can do.
 //! Source: none needed. Tested below and in `cli/tests/command/render.rs`.
 
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// The largest number of samples per pixel in one pass: between passes a render can report its error.
-const LARGEST_PASS: u64 = 64;
+const MAX_PASS: u64 = 64;
 
 /// The samples per pixel after which the error is estimated for the first time, and for the second time at the latest: the
 /// pilot. The second estimate comes earlier where the first one forecasts that fewer samples are enough.
@@ -31,7 +31,7 @@ const FIRST_LOOK: u64 = 64;
 const BETWEEN_LOOKS: u64 = 4;
 
 /// The largest relative standard error of the squared error from which the samples to come can be forecast.
-const LARGEST_UNCERTAINTY: f64 = 0.12;
+const MAX_UNCERTAINTY: f64 = 0.12;
 
 /// The samples grow by at least one in this many from one look to the next.
 const SMALL_STEP: u64 = 16;
@@ -240,8 +240,7 @@ impl PassPlanner {
             self.expected = Some(Expected {
                 spp: needed,
                 error: error.rel_rmse,
-                is_rough: needed > SHARE_OF_PILOT * self.spp
-                    || error.uncertainty > LARGEST_UNCERTAINTY,
+                is_rough: needed > SHARE_OF_PILOT * self.spp || error.uncertainty > MAX_UNCERTAINTY,
             });
             // A forecast is better from closer by: the last step is a small one, so that it does not lead far beyond.
             let close = needed - (needed - self.spp) / LAST_STEP;
@@ -259,7 +258,7 @@ impl PassPlanner {
             return None;
         }
         // Passes grow with the samples so far, so that their overhead stays a fixed small share.
-        let mut pass = self.spp.clamp(self.step, LARGEST_PASS);
+        let mut pass = self.spp.clamp(self.step, MAX_PASS);
         if let Some(spp) = self.budget.spp {
             pass = pass.min(spp.next_multiple_of(self.step).saturating_sub(self.spp));
         }

@@ -10,19 +10,19 @@
 //! 200 bytes each.
 //! Source: the overture of Ward, Rubinstein and Clear 1988. Tested in `tests/rendering/irradiance_cache.rs`.
 
-use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
-use super::dispatch::{first_or_last, kernel, path, sampler};
+use super::dispatch::{kernel, path, run_matte_or_everything, sampler};
 use super::pixel_block::PixelBlock;
+use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
 use super::settings::RenderSettings;
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterSampling};
 use crate::integrator::RayCounts;
-use crate::integrator::indirect::Traced;
+use crate::integrator::indirect::Uncached;
 use crate::integrator::irradiance_cache::{IrradianceCache, Survey, Surveyed};
 use crate::integrator::kind::IntegratorKind;
-use crate::integrator::observer::Unobserved;
+use crate::integrator::observer::NullPathObserver;
 use crate::integrator::technique::Weighted;
 use crate::math::lanes::ActiveLanes;
 use crate::sampler::{AnySampler, Batches};
@@ -123,14 +123,14 @@ struct Surveyor<'a> {
 
 impl Surveyor<'_> {
     fn survey(&self) -> Vec<Option<Surveyed>> {
-        first_or_last(kernel(self.scene, self.settings), self)
+        run_matte_or_everything(kernel(self.scene, self.settings), self)
     }
 
     fn pixel<E: Effects>(&self, position: [u32; 2], sampler: &AnySampler) -> Option<Surveyed> {
         let survey = Survey {
             cache: self.cache,
             scene: self.scene,
-            integrator: path(self.settings, Weighted, Traced),
+            integrator: path(self.settings, Weighted, Uncached),
             makes_records: self.makes_records,
         };
         let source = CameraRaySource {
@@ -143,9 +143,9 @@ impl Surveyor<'_> {
         let lane = block.lane(position);
         let mut requested = ActiveLanes::NONE;
         requested.set(lane, true);
-        let mut camera_rays = CameraRays::<E>::new();
+        let mut camera_rays = SampleWavefront::<E>::new();
         let index = PacketIndex { block, sample: 0 };
-        camera_rays.add(&source, index, requested, &mut Unobserved);
+        camera_rays.add(&source, index, requested, &mut NullPathObserver);
         camera_rays.trace(self.scene);
         let (camera_ray, hit) = camera_rays.samples(0).camera_ray(lane);
         let sampler = camera_rays.sampler(0, lane);

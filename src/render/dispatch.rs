@@ -15,12 +15,12 @@ use crate::error::{Error, Result};
 use crate::integrator::Integrator;
 use crate::integrator::ambient_occlusion::AmbientOcclusion;
 use crate::integrator::bidirectional::Bidirectional;
-use crate::integrator::indirect::{Indirect, Traced};
+use crate::integrator::indirect::{Indirect, Uncached};
 use crate::integrator::irradiance_cache::{Cached, IrradianceCache};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPaths;
 use crate::integrator::path::PathIntegrator;
-use crate::integrator::reuse::Reuse;
+use crate::integrator::reuse::PathReuse;
 use crate::integrator::technique::Weighted;
 use crate::sampler::{AnySampler, Batches, Independent, Sobol, Stratified};
 use crate::scene::Scene;
@@ -95,7 +95,7 @@ pub fn prevents_reuse(scene: &Scene) -> Option<Effect> {
 }
 
 /// A job for an integrator and a kernel that are known only at run time.
-pub trait Dispatched {
+pub trait IntegratorJob {
     /// The result.
     type Output;
     /// Runs the job with an integrator for the effects `E`.
@@ -103,7 +103,7 @@ pub trait Dispatched {
 }
 
 /// Runs a job with the integrator and the kernel of the settings. `cache` is the result of their cache prepass.
-pub fn dispatch<D: Dispatched>(
+pub fn dispatch<D: IntegratorJob>(
     scene: &Scene,
     settings: &RenderSettings,
     cache: Option<&IrradianceCache>,
@@ -111,13 +111,13 @@ pub fn dispatch<D: Dispatched>(
 ) -> D::Output {
     match settings.integrator {
         IntegratorKind::Path => kernel(scene, settings).run(With(job, path_with_all(settings))),
-        _ => dispatch_to_two(scene, settings, cache, job),
+        _ => dispatch_to_matte_or_everything(scene, settings, cache, job),
     }
 }
 
 /// Runs a job with the integrator of the settings and one of two kernels, the first and the one with all effects: for
 /// rare jobs, or those whose time does not matter. All kernels give the same bits.
-pub fn dispatch_to_two<D: Dispatched>(
+pub fn dispatch_to_matte_or_everything<D: IntegratorJob>(
     scene: &Scene,
     settings: &RenderSettings,
     cache: Option<&IrradianceCache>,
@@ -126,22 +126,22 @@ pub fn dispatch_to_two<D: Dispatched>(
     let kernel = kernel(scene, settings);
     match (settings.integrator.technique(), cache) {
         (Some(_), None) if settings.integrator == IntegratorKind::Path => {
-            first_or_last(kernel, With(job, path_with_all(settings)))
+            run_matte_or_everything(kernel, With(job, path_with_all(settings)))
         }
         (Some(_), Some(cache)) => {
-            first_or_last(kernel, With(job, path(settings, Weighted, Cached(cache))))
+            run_matte_or_everything(kernel, With(job, path(settings, Weighted, Cached(cache))))
         }
         (Some(technique), None) => {
-            first_or_last(kernel, With(job, path(settings, technique, Traced)))
+            run_matte_or_everything(kernel, With(job, path(settings, technique, Uncached)))
         }
         (None, _) if settings.integrator.splats() => {
             let area = settings.window.pixel_count() as f64;
-            first_or_last(kernel, With(job, bidirectional(settings, area)))
+            run_matte_or_everything(kernel, With(job, bidirectional(settings, area)))
         }
         (None, _) => {
             let far = settings.occlusion_distance;
             let distance = far.map_or(f32::INFINITY, |far| scene.normalisation.length(far));
-            first_or_last(kernel, With(job, AmbientOcclusion { distance }))
+            run_matte_or_everything(kernel, With(job, AmbientOcclusion { distance }))
         }
     }
 }
@@ -167,7 +167,7 @@ pub fn path_with_all(settings: &RenderSettings) -> PathIntegrator {
             pixels: settings.window.pixel_count(),
         },
         reuse: settings.reuse(),
-        ..path(settings, Weighted, Traced)
+        ..path(settings, Weighted, Uncached)
     }
 }
 
@@ -183,9 +183,9 @@ pub fn path<C, K: Indirect>(
         max_bounces: settings.most_bounces(),
         roulette: settings.roulette(),
         light_choice: settings.light_choice(),
-        map: settings.map_rule(),
+        map: settings.environment_sampling(),
         light_paths: LightPaths::NONE,
-        reuse: Reuse::Off,
+        reuse: PathReuse::Off,
     }
 }
 
@@ -200,7 +200,7 @@ pub fn bidirectional(settings: &RenderSettings, film_area: f64) -> Bidirectional
 }
 
 /// Runs a job that is compiled for two kernels only.
-pub fn first_or_last<J: KernelJob>(kernel: Kernel, job: J) -> J::Output {
+pub fn run_matte_or_everything<J: KernelJob>(kernel: Kernel, job: J) -> J::Output {
     match kernel {
         Kernel::Matte => job.run::<types::Matte>(),
         _ => job.run::<types::Everything>(),
@@ -210,7 +210,7 @@ pub fn first_or_last<J: KernelJob>(kernel: Kernel, job: J) -> J::Output {
 /// A job whose integrator is known and whose kernel is not.
 struct With<D, I>(D, I);
 
-impl<D: Dispatched, I: Integrator> KernelJob for With<D, I> {
+impl<D: IntegratorJob, I: Integrator> KernelJob for With<D, I> {
     type Output = D::Output;
     fn run<E: Effects>(self) -> D::Output {
         self.0.run::<E, I>(self.1)

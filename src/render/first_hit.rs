@@ -8,15 +8,15 @@
 //! Range: a pixel without a hit is black, has no normal and an infinite distance; at edges, means over the hits.
 //! Source: none needed. Tested in `cli/tests/command/layers.rs`.
 
-use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch::sampler;
 use super::pixel_block::PixelBlock;
+use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
 use super::settings::RenderSettings;
 use crate::effects::kernel::types::Everything;
 use crate::film::Window;
 use crate::film::filter::{Filter, FilterSampling};
 use crate::integrator::CameraRay;
-use crate::integrator::observer::Unobserved;
+use crate::integrator::observer::NullPathObserver;
 use crate::math::lanes::{LANES, Lanes};
 use crate::math::rgb::Rgb;
 use crate::math::stats::Moments;
@@ -137,7 +137,7 @@ pub fn first_hits(
     let blocks: Vec<PixelBlock> = PixelBlock::covering(window, 1).collect();
     let of_blocks: Vec<Lanes<FirstHit>> = blocks
         .par_iter()
-        .map_init(CameraRays::new, |rays, &block| job.block(block, rays))
+        .map_init(SampleWavefront::new, |rays, &block| job.block(block, rays))
         .collect();
     let mut found = vec![FirstHit::default(); window.pixel_count() as usize];
     for (block, of_block) in blocks.into_iter().zip(of_blocks) {
@@ -157,7 +157,7 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn block(&self, block: PixelBlock, rays: &mut CameraRays<Everything>) -> Lanes<FirstHit> {
+    fn block(&self, block: PixelBlock, rays: &mut SampleWavefront<Everything>) -> Lanes<FirstHit> {
         let source = CameraRaySource {
             scene: self.scene,
             filter: self.filter,
@@ -169,7 +169,7 @@ impl Job<'_> {
         for sample in 0..self.spp {
             rays.clear();
             let index = PacketIndex { block, sample };
-            rays.add(&source, index, lanes, &mut Unobserved);
+            rays.add(&source, index, lanes, &mut NullPathObserver);
             rays.trace(self.scene);
             for lane in lanes.each() {
                 let (CameraRay { ray, time }, hit) = rays.samples(0).camera_ray(lane);

@@ -5,11 +5,9 @@
 //! Source: docs/architecture.md. Tested in `tests/rendering/determinism.rs` and `cli/tests/command/render.rs`.
 
 pub mod adaptive;
-pub mod along_ray;
 pub mod auto;
 pub mod budget;
 pub mod cache_prepass;
-mod camera_rays;
 pub mod convergence;
 mod dispatch;
 pub mod first_hit;
@@ -19,9 +17,11 @@ pub mod options;
 pub mod path_strategies;
 mod pixel_block;
 mod progress;
+pub mod ray_radiance;
 mod rendered;
 pub mod replay;
 mod run;
+mod sample_wavefront;
 pub mod settings;
 pub mod strategies;
 mod tally;
@@ -34,7 +34,7 @@ use crate::integrator::kind::IntegratorKind;
 use crate::scene::Scene;
 pub use dispatch::{check, kernel};
 pub use observed::observe_tile;
-pub use progress::{Predicted, Progress, RenderObserver, Unwatched};
+pub use progress::{NullRenderObserver, Predicted, Progress, RenderObserver};
 pub use rendered::{Price, Rendered};
 use run::Run;
 use settings::{Adaptive, Budget, RenderSettings};

@@ -4,8 +4,8 @@
 //! Range: any tile of a film and any sample indices; the sums are bit for bit those of the render with the same settings.
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
-use super::camera_rays::CameraRaySource;
 use super::dispatch;
+use super::sample_wavefront::CameraRaySource;
 use super::settings::RenderSettings;
 use super::tile::{ObservedTileJob, SampleRange, SampleSource};
 use crate::film::Tile;
@@ -48,5 +48,5 @@ pub fn observe_tile(
         sample_range: SampleRange::Same(range),
         observer,
     };
-    dispatch::dispatch_to_two(scene, settings, cache, job);
+    dispatch::dispatch_to_matte_or_everything(scene, settings, cache, job);
 }

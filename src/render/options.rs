@@ -6,7 +6,7 @@
 //! `cli/tests/command/bad_input.rs`.
 
 use super::CONFIDENCE;
-use super::settings::{Adaptive, LightPathRule, ReuseRule};
+use super::settings::{Adaptive, LightPathRule, PathReuseRule};
 use super::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind, available_threads};
 use crate::effects::Kernel;
 use crate::error::{Error, Result};
@@ -53,7 +53,7 @@ pub struct RenderOptions {
     pub light_paths: Option<LightPathRule>,
     /// The number of pixels that share their paths; one with layers, since whatever reads layers takes the noise of pixels as
     /// independent.
-    pub reuse: Option<ReuseRule>,
+    pub reuse: Option<PathReuseRule>,
     /// The estimator of the filter; with layers importance sampling unless given, since whatever reads layers takes the noise
     /// of pixels as independent.
     pub filter_sampling: Option<FilterSampling>,
@@ -140,7 +140,7 @@ impl RenderOptions {
 
     /// Refuses requested reuse of paths that the settings cannot have.
     fn refuse_reuse(&self, settings: &RenderSettings) -> Result<()> {
-        if !self.reuse.is_some_and(ReuseRule::is_requested) {
+        if !self.reuse.is_some_and(PathReuseRule::is_requested) {
             return Ok(());
         }
         if settings.adaptive != Adaptive::Off {

@@ -7,10 +7,10 @@
 //! Range: the integrator `path`, with or without light paths; 192 bytes a pixel for each strategy.
 //! Source: `integrator/light_paths/mod.rs`. Tested in `tests/rendering/strategies.rs`.
 
-use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch;
 use super::pixel_block::PixelBlock;
-use super::settings::{RenderSettings, ReuseRule};
+use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
+use super::settings::{PathReuseRule, RenderSettings};
 use super::strategies;
 use super::{RenderInput, Threads};
 use crate::effects::Effects;
@@ -24,7 +24,7 @@ use crate::image::Image;
 use crate::integrator::light_paths::LightPathSplats;
 use crate::integrator::observer::PathObserver;
 use crate::integrator::path::PathIntegrator;
-use crate::integrator::reuse::Reuse;
+use crate::integrator::reuse::PathReuse;
 use crate::math::rgb::Rgb;
 use crate::sampler::{AnySampler, Batches};
 use rayon::prelude::*;
@@ -65,7 +65,7 @@ pub fn path_strategies(
 ) -> Result<[Image; 3]> {
     let spp = strategies::check(settings)?;
     let settings = &RenderSettings {
-        reuse: ReuseRule::Pixels(Reuse::Off),
+        reuse: PathReuseRule::Pixels(PathReuse::Off),
         ..settings.clone()
     };
     let splats = PathStrategy::ALL.map(|_| Splats::new(settings.window));
@@ -84,7 +84,7 @@ pub fn path_strategies(
                 integrator,
                 sampler: &sampler,
             };
-            dispatch::first_or_last(kernel, job);
+            dispatch::run_matte_or_everything(kernel, job);
         });
     });
     Ok(splats.map(|it| strategies::image_of(&it, settings.window, spp)))
@@ -113,7 +113,7 @@ impl KernelJob for TileJob<'_> {
             filter_sampling: FilterSampling::Importance,
             sampler: self.sampler,
         };
-        let mut camera_rays = CameraRays::<E>::new();
+        let mut camera_rays = SampleWavefront::<E>::new();
         let mut light_path_splats = LightPathSplats {
             reaches: &|film| Splats::covers(self.image, filter, film),
             with_gains: false,

@@ -84,9 +84,9 @@ pub trait RenderObserver: Sync {
 
 /// An observer that ignores everything.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Unwatched;
+pub struct NullRenderObserver;
 
-impl RenderObserver for Unwatched {}
+impl RenderObserver for NullRenderObserver {}
 
 #[cfg(test)]
 mod tests {

@@ -7,14 +7,14 @@
 use super::cache_prepass::cache_prepass;
 use super::dispatch;
 use super::observed::observe_tile;
-use super::settings::{RenderSettings, ReuseRule};
+use super::settings::{PathReuseRule, RenderSettings};
 use crate::bsdf::types::Lobe;
 use crate::error::Result;
 use crate::film::filter::Filter;
 use crate::film::splatted::Splatted;
 use crate::film::{Film, Window};
 use crate::integrator::observer::{PathObserver, PathVertex};
-use crate::integrator::reuse::Reuse;
+use crate::integrator::reuse::PathReuse;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec3, Vec3};
 use crate::scene::Scene;
@@ -135,7 +135,7 @@ pub fn replay(
         radiance: Rgb::BLACK,
     };
     let alone = RenderSettings {
-        reuse: ReuseRule::Pixels(Reuse::Off),
+        reuse: PathReuseRule::Pixels(PathReuse::Off),
         ..settings.clone()
     };
     observe(&alone, &mut recorder);
@@ -149,10 +149,10 @@ pub fn replay(
             alone: None,
         });
     }
-    let mut filmed = Filmed(Rgb::BLACK);
-    observe(settings, &mut filmed);
+    let mut sample_added = Filmed(Rgb::BLACK);
+    observe(settings, &mut sample_added);
     Ok(Replay {
-        radiance: filmed.0,
+        radiance: sample_added.0,
         events,
         alone: Some(radiance),
     })
@@ -166,7 +166,7 @@ impl PathObserver for Filmed {
         false
     }
 
-    fn filmed(&mut self, value: Rgb) {
+    fn sample_added(&mut self, value: Rgb) {
         self.0 = value;
     }
 }
@@ -223,7 +223,7 @@ impl PathObserver for Recorder<'_> {
         self.events.push(PathEvent::Terminated { survival });
     }
 
-    fn filmed(&mut self, value: Rgb) {
+    fn sample_added(&mut self, value: Rgb) {
         self.radiance = value;
     }
 }

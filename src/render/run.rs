@@ -11,8 +11,8 @@
 use super::adaptive::allocation::Allocation;
 use super::adaptive::{SampleAllocation, SampleAllocator};
 use super::budget::{ForecastInput, PassPlanner};
-use super::camera_rays::CameraRaySource;
 use super::progress::{Predicted, Progress, RenderObserver};
+use super::sample_wavefront::CameraRaySource;
 use super::settings::{Adaptive, Budget, RenderSettings, SamplerKind};
 use super::tally::Tally;
 use super::tile::{PassJob, SampleRange, SampleSource};
@@ -146,15 +146,15 @@ impl<'a> Run<'a> {
             };
             let film = &mut rendered.film;
             let level = self.first + planner.spp();
-            let deal = allocator.deal(film, &firsts, level..level + samples);
-            if deal == SampleAllocation::Nothing {
+            let allocate = allocator.allocate(film, &firsts, level..level + samples);
+            if allocate == SampleAllocation::Nothing {
                 is_reached = true;
                 break;
             }
             self.pass(
                 film,
                 rendered.cache.as_ref(),
-                (deal, &firsts),
+                (allocate, &firsts),
                 samples,
                 &planner,
                 shown,
@@ -259,7 +259,7 @@ impl<'a> Run<'a> {
         &self,
         film: &mut Film,
         cache: Option<&IrradianceCache>,
-        (deal, firsts): (SampleAllocation, &[u64]),
+        (allocate, firsts): (SampleAllocation, &[u64]),
         samples: u64,
         planner: &PassPlanner,
         shown: Shown,
@@ -273,7 +273,7 @@ impl<'a> Run<'a> {
             let first: u64 = planted!("passes-repeat-samples", 0, tile.samples);
             SampleRange::Same(self.first + first.min(end)..self.first + end)
         };
-        let sample_range: Vec<SampleRange> = match deal {
+        let sample_range: Vec<SampleRange> = match allocate {
             SampleAllocation::UpTo(counts) => {
                 let firsts = film.per_tile(firsts).into_iter();
                 let counts = film.per_tile(&counts).into_iter();

@@ -8,9 +8,9 @@
 //! Range: paths of a limited number of scattering events; 192 bytes a pixel for each strategy.
 //! Source: Veach 1997, figure 10.2. Tested in `tests/rendering/strategies.rs`.
 
-use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
 use super::dispatch;
 use super::pixel_block::PixelBlock;
+use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
 use super::settings::RenderSettings;
 use super::{RenderInput, Threads};
 use crate::effects::Effects;
@@ -24,7 +24,7 @@ use crate::image::Image;
 use crate::integrator::RayCounts;
 use crate::integrator::bidirectional::{Bidirectional, Contribution};
 use crate::integrator::kind::IntegratorKind;
-use crate::integrator::observer::Unobserved;
+use crate::integrator::observer::NullPathObserver;
 use crate::math::lanes::Lanes;
 use crate::math::rgb::Rgb;
 use crate::sampler::{AnySampler, Batches};
@@ -33,7 +33,7 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 
 /// The largest number of scattering events of paths whose strategies are shown.
-const MOST_BOUNCES: u32 = 8;
+const MAX_BOUNCES: u32 = 8;
 
 /// The images of one strategy.
 #[derive(Debug, Clone)]
@@ -53,14 +53,14 @@ pub struct StrategyImages {
 pub fn check(settings: &RenderSettings) -> Result<u64> {
     let is_limited = settings
         .most_bounces()
-        .is_some_and(|most| most <= MOST_BOUNCES);
+        .is_some_and(|most| most <= MAX_BOUNCES);
     let is_bidirectional = settings.integrator == IntegratorKind::Bidirectional;
     match settings.budget.spp {
         _ if !is_bidirectional && settings.integrator != IntegratorKind::Path => Err(Error::usage(
             "only path and bidirectional path tracing have strategies: give --integrator path or --integrator bdpt",
         )),
         _ if is_bidirectional && !is_limited => Err(Error::usage(format!(
-            "each path length has its own strategies: limit it by --max-bounces {MOST_BOUNCES} or less, such as --max-bounces 3"
+            "each path length has its own strategies: limit it by --max-bounces {MAX_BOUNCES} or less, such as --max-bounces 3"
         ))),
         None => Err(Error::usage(
             "strategies are written after a fixed number of samples: give --spp",
@@ -97,7 +97,7 @@ pub fn strategies(
                 integrator,
                 sampler: &sampler,
             };
-            dispatch::first_or_last(kernel, job);
+            dispatch::run_matte_or_everything(kernel, job);
         });
     });
     let found = pictures.found.into_inner();
@@ -151,14 +151,14 @@ impl KernelJob for Job<'_> {
             filter_sampling: FilterSampling::Importance,
             sampler: self.sampler,
         };
-        let mut camera_rays = CameraRays::<E>::new();
+        let mut camera_rays = SampleWavefront::<E>::new();
         for block in PixelBlock::covering(self.window, 1) {
             let lanes = block.lanes_in(self.window);
             let mut contributions: Lanes<Vec<Contribution>> = Default::default();
             for sample in 0..self.pictures.spp {
                 camera_rays.clear();
                 let index = PacketIndex { block, sample };
-                camera_rays.add(&source, index, lanes, &mut Unobserved);
+                camera_rays.add(&source, index, lanes, &mut NullPathObserver);
                 camera_rays.trace(scene);
                 for lane in lanes.each() {
                     let weight = camera_rays.weight(0, lane);
@@ -169,7 +169,7 @@ impl KernelJob for Job<'_> {
                         &camera_ray,
                         hit,
                         &mut RayCounts::default(),
-                        &mut Unobserved,
+                        &mut NullPathObserver,
                         &reaches,
                         |mut it| {
                             if it.film.is_none() {

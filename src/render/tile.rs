@@ -4,9 +4,9 @@
 //! Range: samples that are not finite are counted and located, and left out of the sums.
 //! Source: none needed. Tested in `tests/rendering/determinism.rs`.
 
-use super::camera_rays::{CameraRaySource, CameraRays, PacketIndex};
-use super::dispatch::Dispatched;
+use super::dispatch::IntegratorJob;
 use super::pixel_block::PixelBlock;
+use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
 use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::{Effects, Switch};
 use crate::film::splats::{Splat, SplatList, Splats};
@@ -14,7 +14,7 @@ use crate::film::splatted::SplattedSamples;
 use crate::film::{Tile, Window};
 use crate::integrator::Integrator;
 use crate::integrator::light_paths::{LightPathSplat, LightPathSplats};
-use crate::integrator::observer::{PathObserver, Unobserved};
+use crate::integrator::observer::{NullPathObserver, PathObserver};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -22,7 +22,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// An upper bound of the filter weight of a sample in any pixel.
-const LARGEST_WEIGHT: f32 = 16.0;
+const MAX_WEIGHT: f32 = 16.0;
 
 /// The indices of the samples to be taken in a tile's pixels.
 #[derive(Debug, Clone)]
@@ -82,13 +82,13 @@ pub struct PassJob<'a> {
     pub tile_done: &'a (dyn Fn(Tally, u64) + Sync),
 }
 
-impl Dispatched for PassJob<'_> {
+impl IntegratorJob for PassJob<'_> {
     type Output = ();
 
     fn run<E: Effects, I: Integrator>(self, integrator: I) {
         let source = self.source;
         let reaches = |film| source.reaches(film);
-        let new = || Wavefront::<E, I>::new(source, integrator, &reaches);
+        let new = || TileSampler::<E, I>::new(source, integrator, &reaches);
         // Every thread takes the next tile when it is done with one, and keeps its memory.
         let tiles = self.tiles.into_iter().par_bridge();
         tiles.for_each_init(new, |wavefront, (tile, sample_range)| {
@@ -96,7 +96,7 @@ impl Dispatched for PassJob<'_> {
                 return;
             }
             let samples = sample_range.sample_count(tile);
-            let tally = wavefront.tile(tile, sample_range, &mut Unobserved);
+            let tally = wavefront.tile(tile, sample_range, &mut NullPathObserver);
             (self.tile_done)(tally, samples);
         });
     }
@@ -110,21 +110,21 @@ pub struct ObservedTileJob<'a, O: ?Sized> {
     pub observer: &'a mut O,
 }
 
-impl<O: PathObserver + ?Sized> Dispatched for ObservedTileJob<'_, O> {
+impl<O: PathObserver + ?Sized> IntegratorJob for ObservedTileJob<'_, O> {
     type Output = Tally;
 
     fn run<E: Effects, I: Integrator>(self, integrator: I) -> Tally {
         let reaches = |film| self.source.reaches(film);
-        let mut wavefront = Wavefront::<E, I>::new(self.source, integrator, &reaches);
+        let mut wavefront = TileSampler::<E, I>::new(self.source, integrator, &reaches);
         wavefront.tile(self.tile, self.sample_range, self.observer)
     }
 }
 
 /// A wavefront of samples.
-struct Wavefront<'a, E: Effects, I> {
+struct TileSampler<'a, E: Effects, I> {
     source: SampleSource<'a>,
     integrator: I,
-    camera_rays: CameraRays<E>,
+    camera_rays: SampleWavefront<E>,
     /// The splats of the current sample.
     elsewhere: SplatList<'a>,
     /// The splats of light paths beside the camera paths of the wavefront.
@@ -132,13 +132,13 @@ struct Wavefront<'a, E: Effects, I> {
     tally: Tally,
 }
 
-impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
+impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
     /// Creates an empty wavefront, given whether a splat at a film position would count.
     fn new(source: SampleSource<'a>, integrator: I, reaches: &'a dyn Fn(Vec2) -> bool) -> Self {
         Self {
             source,
             integrator,
-            camera_rays: CameraRays::new(),
+            camera_rays: SampleWavefront::new(),
             elsewhere: SplatList {
                 reaches,
                 splats: Vec::new(),
@@ -224,7 +224,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
     fn advance<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
         let scene = self.source.rays.scene;
         self.camera_rays.trace(scene);
-        let is_together = I::SIDE_BY_SIDE && !observer.is_sequential();
+        let is_together = I::IS_WAVEFRONT && !observer.is_sequential();
         if is_together {
             self.camera_rays
                 .estimate::<I, O>(scene, self.integrator, observer);
@@ -318,7 +318,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         let value = self.camera_rays.value(packet, lane);
         let is_splatted = tile.splatted.is_some();
         let largest = if is_splatted {
-            LARGEST_WEIGHT * value
+            MAX_WEIGHT * value
         } else {
             value
         };
@@ -344,7 +344,7 @@ impl<'a, E: Effects, I: Integrator> Wavefront<'a, E, I> {
         if let Some(of_pixels) = &mut tile.rays {
             of_pixels[tile.window.index([x, y])] += rays.total();
         }
-        observer.filmed(value);
+        observer.sample_added(value);
         is_finite
     }
 }

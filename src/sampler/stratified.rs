@@ -13,11 +13,11 @@
 use super::{Batches, Decision, Sampler, hash, to_unit};
 use crate::planted::planted;
 
-/// Samples in a set where the sample count is unknown or above [`LARGEST_SET`].
+/// Samples in a set where the sample count is unknown or above [`MAX_SET`].
 const USUAL_SET: u32 = 64;
 
 /// The largest number of samples in a set.
-const LARGEST_SET: u32 = 1 << 16;
+const MAX_SET: u32 = 1 << 16;
 
 /// The stratified sampler.
 #[derive(Debug, Clone)]
@@ -40,7 +40,7 @@ impl Stratified {
     /// Creates a sampler with separate sets for each batch, which has its part of the samples.
     pub fn in_batches(seed: u64, samples: Option<u64>, batches: Batches) -> Self {
         let known = samples.and_then(|n| u32::try_from(n.div_ceil(batches.0)).ok());
-        let usable = known.filter(|n| (1..=LARGEST_SET).contains(n));
+        let usable = known.filter(|n| (1..=MAX_SET).contains(n));
         Self {
             seed,
             batches,
@@ -199,7 +199,7 @@ mod tests {
             let grid = Grid::new(samples);
             assert_eq!((grid.columns, grid.rows), (columns, rows), "{samples}");
         }
-        for samples in 1..=LARGEST_SET {
+        for samples in 1..=MAX_SET {
             let Grid { columns, rows, .. } = Grid::new(samples);
             assert!(columns * rows >= samples && columns * rows < samples + columns);
             assert!(rows <= 2 * columns || samples <= 3, "{samples}");

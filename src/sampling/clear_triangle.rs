@@ -15,7 +15,7 @@ use crate::math::trig::{atan_unit, sin_cos_eighth};
 use crate::math::vec::{LaneVec3, Vec2};
 
 /// The least sine of the angle between the triangle's plane and the direction to each vertex.
-const LEAST_SINE: f32 = 1.0 / 16.0;
+const MIN_SINE: f32 = 1.0 / 16.0;
 
 /// A triangle as seen from the origin.
 #[derive(Debug, Clone, Copy)]
@@ -51,8 +51,7 @@ impl ClearTriangle {
         let rest = a.dot(b) * length_c + a.dot(c) * length_b + b.dot(c) * length_a;
         // As the triple product is at most the product of the lengths, the solid angle is at most pi / 2.
         let is_small = rest >= 0.0;
-        let is_off_plane =
-            triple >= LEAST_SINE * double_area * length_a.max(length_b).max(length_c);
+        let is_off_plane = triple >= MIN_SINE * double_area * length_a.max(length_b).max(length_c);
         // Below this, digits are lost to gradual underflow.
         let has_digits = triple >= f32::MIN_POSITIVE / f32::EPSILON;
         let triangle = Self {

@@ -20,7 +20,7 @@ pub fn power_heuristic(p: PdfSolidAngle, other: PdfSolidAngle) -> f32 {
 /// The power heuristic's weight of a sample that one more strategy draws, too, whose density is `ratio` times that of the
 /// sample. `weight` is its weight among the other strategies. Free of branches.
 #[inline(always)]
-pub fn with_another(weight: f32, ratio: f32) -> f32 {
+pub fn power_heuristic_with_third(weight: f32, ratio: f32) -> f32 {
     let with = 1.0 / (1.0 / weight + ratio * ratio);
     if ratio > 0.0 { with } else { weight }
 }
@@ -47,10 +47,16 @@ mod tests {
         let (p, q) = (PdfSolidAngle(0.3), PdfSolidAngle(0.6));
         let [a, b] = [power_heuristic(p, q), power_heuristic(q, p)];
         // The third strategy has the density 0.9: squares of 1 : 2 : 3.
-        assert!((with_another(a, 3.0) - 1.0 / 14.0).abs() < 1e-7);
-        assert!((with_another(b, 1.5) - 4.0 / 14.0).abs() < 1e-7);
-        assert_eq!(with_another(a, 0.0), a);
-        assert_eq!((with_another(a, 1e30), with_another(0.0, 1.0)), (0.0, 0.0));
+        assert!((power_heuristic_with_third(a, 3.0) - 1.0 / 14.0).abs() < 1e-7);
+        assert!((power_heuristic_with_third(b, 1.5) - 4.0 / 14.0).abs() < 1e-7);
+        assert_eq!(power_heuristic_with_third(a, 0.0), a);
+        assert_eq!(
+            (
+                power_heuristic_with_third(a, 1e30),
+                power_heuristic_with_third(0.0, 1.0)
+            ),
+            (0.0, 0.0)
+        );
     }
 
     /// Weights of any exponent sum to one; this test is specific to exponent 2.

@@ -7,7 +7,7 @@
 
 use super::description::SceneDescription;
 use super::normalisation::Normalisation;
-use super::placed::{Form, Placed, Traced};
+use super::placed::{Form, NormalisedShape, Placed};
 use super::placement::{Layout, Placement};
 use crate::error::Result;
 use crate::geometry::Geometry;
@@ -47,7 +47,7 @@ pub fn build_geometry(
     frame: &Normalisation,
 ) -> Result<(Vec<Geometry>, Vec<Form>)> {
     let trace = |(&shape, placed): (&usize, &Placed)| {
-        let Traced { geometry, form } = placed.build_geometry(frame);
+        let NormalisedShape { geometry, form } = placed.build_geometry(frame);
         if geometry.primitive_count() > 0 && !geometry.bounds().is_within(REACH) {
             let shape = &description.shapes[shape];
             return Err(shape.place.error(too_far(&shape.name)));

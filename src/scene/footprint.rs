@@ -43,7 +43,7 @@ pub fn check(description: &SceneDescription, layout: &Layout) -> Result<()> {
 }
 
 /// Returns the estimate for a mesh that does not emit.
-pub fn of_mesh(vertices: usize, triangles: usize) -> u64 {
+pub fn mesh_build_memory(vertices: usize, triangles: usize) -> u64 {
     let [vertices, triangles] = [(vertices, VERTEX), (triangles, TRIANGLE)]
         .map(|(count, each)| (count as u64).saturating_mul(each));
     SHAPE.saturating_add(vertices).saturating_add(triangles)
@@ -86,9 +86,11 @@ struct Sum {
 
 fn of_shape(shape: &ShapeDescription) -> u64 {
     match &shape.geometry {
-        GeometryDescription::Mesh(mesh) => of_mesh(mesh.positions.len(), mesh.indices.len()),
-        GeometryDescription::Box { .. } => of_mesh(24, 12),
-        GeometryDescription::Rectangle { .. } => of_mesh(4, 2),
+        GeometryDescription::Mesh(mesh) => {
+            mesh_build_memory(mesh.positions.len(), mesh.indices.len())
+        }
+        GeometryDescription::Box { .. } => mesh_build_memory(24, 12),
+        GeometryDescription::Rectangle { .. } => mesh_build_memory(4, 2),
         GeometryDescription::Sphere { .. } | GeometryDescription::Disk { .. } => SHAPE,
     }
 }

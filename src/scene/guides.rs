@@ -11,23 +11,23 @@ use super::description::{MaterialDescription, MaterialModel, SceneDescription};
 use super::{Scene, Shape};
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
-use crate::light::guides::{Guides, MOST_GUIDES};
+use crate::light::guides::{CausticTargets, MAX_GUIDES};
 use crate::light::types::BoundingSphere;
 use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
 
 /// The largest perceptual roughness of a surface that casts caustics.
-const LARGEST_ROUGHNESS: f32 = 0.35;
+const MAX_ROUGHNESS: f32 = 0.35;
 
 /// The least exponent of a Phong lobe that casts caustics: about as wide as a lobe of the largest roughness.
-const LEAST_EXPONENT: f32 = 100.0;
+const MIN_EXPONENT: f32 = 100.0;
 
 /// The least share of metal or glass in a surface that casts caustics.
-const LEAST_SHARE: f32 = 0.3;
+const MIN_SHARE: f32 = 0.3;
 
 /// Whether a material casts caustics.
 pub fn casts_caustics(material: &MaterialDescription) -> bool {
-    let is_smooth = |roughness: f32| roughness <= LARGEST_ROUGHNESS;
+    let is_smooth = |roughness: f32| roughness <= MAX_ROUGHNESS;
     match &material.model {
         MaterialModel::Diffuse { .. } | MaterialModel::Plastic { .. } => false,
         MaterialModel::Mirror { .. } | MaterialModel::ThinDielectric { .. } => true,
@@ -36,10 +36,10 @@ pub fn casts_caustics(material: &MaterialDescription) -> bool {
         MaterialModel::Phong {
             specular, exponent, ..
         } => {
-            *exponent >= LEAST_EXPONENT
+            *exponent >= MIN_EXPONENT
                 && specular
                     .constant()
-                    .is_none_or(|it| it.max_channel() >= LEAST_SHARE)
+                    .is_none_or(|it| it.max_channel() >= MIN_SHARE)
         }
         MaterialModel::Principled {
             metallic,
@@ -49,13 +49,17 @@ pub fn casts_caustics(material: &MaterialDescription) -> bool {
         } => {
             let map = material.metallic_roughness_map.as_deref();
             let [_, rough, metal] = map.map_or(Rgb::WHITE, Texture::mean).to_array();
-            is_smooth(rough * roughness) && transmission.max(metal * metallic) >= LEAST_SHARE
+            is_smooth(rough * roughness) && transmission.max(metal * metallic) >= MIN_SHARE
         }
     }
 }
 
 /// Returns the guides of a scene.
-pub(super) fn guides(description: &SceneDescription, shapes: &[Shape], world: &World) -> Guides {
+pub(super) fn guides(
+    description: &SceneDescription,
+    shapes: &[Shape],
+    world: &World,
+) -> CausticTargets {
     let mut boxes = Vec::new();
     for (number, shape) in (0..).zip(shapes) {
         let described = &description.shapes[shape.described as usize];
@@ -69,7 +73,7 @@ pub(super) fn guides(description: &SceneDescription, shapes: &[Shape], world: &W
         let placement = world.placement(number);
         boxes.push(placement.map_or(bounds, |instance| instance.bounds_of(&bounds)));
     }
-    if boxes.len() > MOST_GUIDES {
+    if boxes.len() > MAX_GUIDES {
         boxes = vec![boxes.into_iter().fold(Bounds::default(), Bounds::union)];
     }
     let sphere = |bounds: Bounds| BoundingSphere {
@@ -77,7 +81,7 @@ pub(super) fn guides(description: &SceneDescription, shapes: &[Shape], world: &W
         // Rounded up, so that rays to the corners are within.
         radius: ((0.5 * bounds.extent().length()) as f32).next_up(),
     };
-    Guides::new(boxes.into_iter().map(sphere).collect())
+    CausticTargets::new(boxes.into_iter().map(sphere).collect())
 }
 
 impl Scene {

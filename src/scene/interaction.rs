@@ -105,22 +105,26 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
     /// Whether `w`, reflected or transmitted in the shading frame, is on the corresponding side of the geometric
     /// surface. If both normals are equal, a grazing direction may only differ by rounding, which is ignored.
     #[inline(always)]
-    pub fn agrees(&self, w: V, goes_through: bool) -> bool {
+    pub fn agrees(&self, w: V, is_transmitted: bool) -> bool {
         let is_flat = planted!("sides-unchecked", true, self.is_flat.or(true));
-        is_flat || (w.dot(self.ng) * self.side < 0.0) == goes_through
+        is_flat || (w.dot(self.ng) * self.side < 0.0) == is_transmitted
     }
 
     /// Returns the geometric normal on the side on which a reflected or transmitted direction leaves.
     #[inline(always)]
-    pub fn exit_normal(&self, goes_through: bool) -> V {
-        let side = if goes_through { -self.side } else { self.side };
+    pub fn exit_normal(&self, is_transmitted: bool) -> V {
+        let side = if is_transmitted {
+            -self.side
+        } else {
+            self.side
+        };
         self.ng * side
     }
 
     /// Returns the shadow ray in direction `w` to a point of a surface, open at both ends. Free of branches.
     #[inline(always)]
-    pub fn ray_to_surface(&self, other: &SurfacePoint<V>, w: V, goes_through: bool) -> Ray<V> {
-        let from = offset_point(self.p, self.error, self.exit_normal(goes_through));
+    pub fn ray_to_surface(&self, other: &SurfacePoint<V>, w: V, is_transmitted: bool) -> Ray<V> {
+        let from = offset_point(self.p, self.error, self.exit_normal(is_transmitted));
         // A ray's rounding error grows with its length: at its end it adds to that of the surface.
         let length = planted!("long-rays-exact", V::splat(0.0), (other.p - self.p).abs());
         let error = other.error + length * gamma(8);
@@ -145,10 +149,10 @@ impl<E: Effects> Interaction<E> {
 
     /// Returns the shadow ray in direction `w` to the end of a light sample, open at both ends.
     #[inline]
-    pub fn ray_to(&self, end: &ShadowRayEnd, w: Vec3, goes_through: bool) -> Ray {
-        let from = || offset_point(self.p, self.error, self.exit_normal(goes_through));
+    pub fn ray_to(&self, end: &ShadowRayEnd, w: Vec3, is_transmitted: bool) -> Ray {
+        let from = || offset_point(self.p, self.error, self.exit_normal(is_transmitted));
         match end {
-            ShadowRayEnd::Surface(other, _) => self.ray_to_surface(other, w, goes_through),
+            ShadowRayEnd::Surface(other, _) => self.ray_to_surface(other, w, is_transmitted),
             ShadowRayEnd::Point(point) => Ray::to_point(from(), *point),
             ShadowRayEnd::Infinity => Ray::new(from(), w),
         }

@@ -9,12 +9,12 @@
 //! Source: Shoemake and Duff 1992, "Matrix Animation and Polar Decomposition"; Higham 1986 for the iteration. Tested
 //! below.
 
-use super::description::Key;
+use super::description::Keyframe;
 use crate::math::vec::{DAffine3, DMat3, DQuat};
 use crate::planted::planted;
 
 /// Maximum number of intervals between shutter opening and closing.
-const MOST_INTERVALS: u32 = 64;
+const MAX_INTERVALS: u32 = 64;
 
 /// Maximum distance of the middle of a chord from that of its arc, relative to the length of each axis: reached by a
 /// rotation of 5.06 degrees, for 1 - cos(2.53 degrees) = 2^-10.
@@ -26,7 +26,7 @@ const ORIGIN_CHORD: f64 = 1.0 / 64.0;
 
 /// Returns the transform at a time; the identity without keyframes. At a keyframe's time, and between two equal
 /// keyframes, it is exactly theirs.
-pub fn at(keys: &[Key], time: f64) -> DAffine3 {
+pub fn at(keys: &[Keyframe], time: f64) -> DAffine3 {
     let after = keys.partition_point(|key| key.time <= time);
     match (
         after.checked_sub(1).map(|before| keys[before]),
@@ -42,7 +42,7 @@ pub fn at(keys: &[Key], time: f64) -> DAffine3 {
 }
 
 /// Whether the transform changes while the shutter is open.
-pub fn moves(keys: &[Key], shutter: [f64; 2]) -> bool {
+pub fn moves(keys: &[Keyframe], shutter: [f64; 2]) -> bool {
     let [open, close] = shutter;
     let first = at(keys, open);
     open < close
@@ -50,8 +50,8 @@ pub fn moves(keys: &[Key], shutter: [f64; 2]) -> bool {
 }
 
 /// Returns the keyframes between the shutter's opening and closing.
-fn inside(keys: &[Key], [open, close]: [f64; 2]) -> impl Iterator<Item = &Key> {
-    let is_inside = move |key: &&Key| open < key.time && key.time < close;
+fn inside(keys: &[Keyframe], [open, close]: [f64; 2]) -> impl Iterator<Item = &Keyframe> {
+    let is_inside = move |key: &&Keyframe| open < key.time && key.time < close;
     keys.iter().filter(is_inside)
 }
 
@@ -60,7 +60,7 @@ fn inside(keys: &[Key], [open, close]: [f64; 2]) -> impl Iterator<Item = &Key> {
 ///
 /// The times of keyframes are among them if that takes no more than 64 intervals. There are never more than 64
 /// intervals: a rotation of more than 324 degrees during the exposure is approximated more coarsely.
-pub fn steps(keys: &[Key], shutter: [f64; 2]) -> Vec<DAffine3> {
+pub fn steps(keys: &[Keyframe], shutter: [f64; 2]) -> Vec<DAffine3> {
     let [open, close] = shutter;
     if !moves(keys, shutter) {
         return vec![at(keys, open)];
@@ -68,10 +68,10 @@ pub fn steps(keys: &[Key], shutter: [f64; 2]) -> Vec<DAffine3> {
     let shares: Vec<f64> = inside(keys, shutter)
         .map(|key| share(open, close, key.time))
         .collect();
-    let intervals = (1..=MOST_INTERVALS)
+    let intervals = (1..=MAX_INTERVALS)
         .find(|&intervals| shares.iter().all(|&share| falls_on_step(share, intervals)))
-        .unwrap_or(MOST_INTERVALS);
-    refined(intervals, MOST_INTERVALS, |share| {
+        .unwrap_or(MAX_INTERVALS);
+    refined(intervals, MAX_INTERVALS, |share| {
         at(keys, mix(open, close, share))
     })
 }
@@ -201,7 +201,7 @@ fn norm(matrix: &DMat3) -> f64 {
 mod tests {
     use super::*;
     use crate::math::vec::DVec3;
-    use crate::scene::description::Key;
+    use crate::scene::description::Keyframe;
 
     const AXIS: DVec3 = DVec3::new(0.6, 0.0, 0.8);
 
@@ -209,8 +209,8 @@ mod tests {
         DAffine3::from_axis_angle(AXIS, degrees.to_radians())
     }
 
-    fn keys<const N: usize>(keys: [(f64, DAffine3); N]) -> Vec<Key> {
-        let key = |(time, transform)| Key { time, transform };
+    fn keys<const N: usize>(keys: [(f64, DAffine3); N]) -> Vec<Keyframe> {
+        let key = |(time, transform)| Keyframe { time, transform };
         keys.map(key).to_vec()
     }
 

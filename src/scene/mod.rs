@@ -32,7 +32,7 @@ use crate::camera::Camera;
 use crate::effects::{EffectSet, Effects, Slot, Switch};
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
-use crate::light::guides::Guides;
+use crate::light::guides::CausticTargets;
 use crate::light::select::Lights;
 use crate::light::types::{BoundingSphere, Emission};
 use crate::math::rgb::Rgb;
@@ -57,7 +57,7 @@ pub struct Scene {
     /// Bounding sphere of all shapes.
     pub around: BoundingSphere,
     /// The shapes towards which light paths are sampled.
-    pub guides: Guides,
+    pub guides: CausticTargets,
     /// Radiance of the constant environment; that of an environment map is returned by [`Lights::environment`].
     pub environment: Rgb,
     /// Map from world units to normalised units.

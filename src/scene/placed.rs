@@ -161,7 +161,7 @@ impl Placed {
     }
 
     /// Converts the shape to normalised units.
-    pub fn build_geometry(&self, normalisation: &Normalisation) -> Traced {
+    pub fn build_geometry(&self, normalisation: &Normalisation) -> NormalisedShape {
         let (mut dropped, mut rectangle) = (0, None);
         let geometry = match self {
             Self::Mesh(placed) | Self::Rectangle(placed, _) => {
@@ -195,7 +195,7 @@ impl Placed {
             let edges = [*u, *v].map(|edge| to(*corner + edge) - to(*corner));
             rectangle = Some([to(*corner), edges[0], edges[1]]);
         }
-        Traced {
+        NormalisedShape {
             geometry,
             form: Form { rectangle, dropped },
         }
@@ -204,7 +204,7 @@ impl Placed {
 
 /// A shape in normalised units.
 #[derive(Debug)]
-pub struct Traced {
+pub struct NormalisedShape {
     /// The geometry that rays intersect.
     pub geometry: Geometry,
     /// Further attributes.

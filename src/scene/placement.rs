@@ -9,7 +9,9 @@
 //! are not placed are left out.
 //! Source: none needed. Tested below and in `tests/rendering/motion.rs`.
 
-use super::description::{GeometryDescription, Key, Place, SceneDescription, ShapeDescription};
+use super::description::{
+    GeometryDescription, Keyframe, Place, SceneDescription, ShapeDescription,
+};
 use super::keyframes;
 use super::placed::{EVEN, even_scale};
 use crate::error::Result;
@@ -52,7 +54,7 @@ pub struct Placement {
 }
 
 /// Transforms and keyframes between a group and the world, innermost last.
-type Chain<'a> = Vec<(DAffine3, &'a [Key])>;
+type Chain<'a> = Vec<(DAffine3, &'a [Keyframe])>;
 
 /// The content of a placed group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -67,7 +69,7 @@ enum Member {
 const DEEPEST: usize = 64;
 
 /// Maximum number of placements in the world: it grows exponentially if groups contain others twice.
-const MOST_PLACEMENTS: u64 = 1 << 22;
+const MAX_PLACEMENTS: u64 = 1 << 22;
 
 /// Members of a group, or of the world itself; indices into the description.
 #[derive(Debug, Clone, Default)]
@@ -85,7 +87,7 @@ struct Count {
     levels: usize,
 }
 
-struct Walk<'a> {
+struct Flattening<'a> {
     description: &'a SceneDescription,
     world: Contents,
     groups: Vec<Contents>,
@@ -99,11 +101,11 @@ struct Walk<'a> {
 /// # Errors
 /// If groups are nested deeper than 64 levels, or there are more than 2^22 placements.
 pub fn layout(description: &SceneDescription) -> Result<Layout> {
-    let mut walk = Walk::new(description);
-    walk.count(None, 0, &mut vec![None; walk.groups.len()])?;
-    walk.layout.shapes.clone_from(&walk.world.still);
-    walk.place_contents(None, &mut Vec::new());
-    Ok(walk.layout)
+    let mut flattening = Flattening::new(description);
+    flattening.count(None, 0, &mut vec![None; flattening.groups.len()])?;
+    flattening.layout.shapes.clone_from(&flattening.world.still);
+    flattening.place_contents(None, &mut Vec::new());
+    Ok(flattening.layout)
 }
 
 /// Whether a shape forms its own group: if it moves, or if it is a sphere or disk that its keyframes scale
@@ -117,9 +119,9 @@ pub fn forms_own_group(shape: &ShapeDescription, shutter: [f64; 2]) -> bool {
     keyframes::moves(&shape.motion, shutter) || (is_round && is_uneven())
 }
 
-impl<'a> Walk<'a> {
+impl<'a> Flattening<'a> {
     fn new(description: &'a SceneDescription) -> Self {
-        let mut walk = Self {
+        let mut flattening = Self {
             description,
             world: Contents::default(),
             groups: vec![Contents::default(); description.groups.len()],
@@ -128,7 +130,7 @@ impl<'a> Walk<'a> {
         };
         let shutter = description.camera.shutter;
         for (index, shape) in description.shapes.iter().enumerate() {
-            let contents = walk.contents_mut(shape.group);
+            let contents = flattening.contents_mut(shape.group);
             if forms_own_group(shape, shutter) {
                 contents.alone.push(index);
             } else {
@@ -136,9 +138,12 @@ impl<'a> Walk<'a> {
             }
         }
         for (index, instance) in description.instances.iter().enumerate() {
-            walk.contents_mut(instance.group).instances.push(index);
+            flattening
+                .contents_mut(instance.group)
+                .instances
+                .push(index);
         }
-        walk
+        flattening
     }
 
     fn contents(&self, group: Option<usize>) -> &Contents {
@@ -183,9 +188,9 @@ impl<'a> Walk<'a> {
             }
             count.levels = count.levels.max(1 + below.levels);
             count.placements += 1 + below.placements;
-            if count.placements > MOST_PLACEMENTS {
+            if count.placements > MAX_PLACEMENTS {
                 return refuse(format!(
-                    "groups are placed more than {MOST_PLACEMENTS} times in all"
+                    "groups are placed more than {MAX_PLACEMENTS} times in all"
                 ));
             }
         }
@@ -263,12 +268,12 @@ fn compose(chain: &Chain<'_>, shutter: [f64; 2]) -> Vec<DAffine3> {
     };
     match intervals {
         0 => vec![at(0.0)],
-        _ => keyframes::refined(intervals as u32, MOST_INTERVALS, at),
+        _ => keyframes::refined(intervals as u32, MAX_INTERVALS, at),
     }
 }
 
 /// The largest number of intervals of a product of motions.
-const MOST_INTERVALS: u32 = 128;
+const MAX_INTERVALS: u32 = 128;
 
 /// Returns the smallest common multiple of two numbers of intervals if it is small enough; otherwise the larger number.
 fn common_multiple(a: usize, b: usize) -> usize {
@@ -278,7 +283,7 @@ fn common_multiple(a: usize, b: usize) -> usize {
     }
     let multiples = (1..)
         .map(|k| k * larger)
-        .take_while(|m| *m <= MOST_INTERVALS as usize);
+        .take_while(|m| *m <= MAX_INTERVALS as usize);
     multiples
         .into_iter()
         .find(|m| m % a.min(b) == 0)
@@ -290,8 +295,8 @@ mod tests {
     use super::*;
     use crate::math::vec::DVec3;
 
-    fn keys(transforms: [DAffine3; 2]) -> Vec<Key> {
-        let key = |(time, transform)| Key { time, transform };
+    fn keys(transforms: [DAffine3; 2]) -> Vec<Keyframe> {
+        let key = |(time, transform)| Keyframe { time, transform };
         [0.0, 1.0].into_iter().zip(transforms).map(key).collect()
     }
 

@@ -123,7 +123,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
 impl Scene {
     /// Replaces the camera and film by those of the description. Everything else must be unchanged; so must the shutter,
     /// if anything moves.
-    pub fn look_from(&mut self, description: &SceneDescription) {
+    pub fn set_camera(&mut self, description: &SceneDescription) {
         let size = description.film.size;
         self.camera = camera(&description.camera, size, &self.normalisation);
         let many_lights = self.effects.has(Effect::ManyLights);
@@ -141,7 +141,10 @@ impl Scene {
     ///
     /// # Errors
     /// A transform that cannot be traced, or an error of the backend; the scene is then unchanged.
-    pub fn place_again(&mut self, description: &SceneDescription) -> Result<Vec<String>> {
+    pub fn set_instance_transforms(
+        &mut self,
+        description: &SceneDescription,
+    ) -> Result<Vec<String>> {
         let layout = layout(description)?;
         let kept = &self.kept;
         let groups = self.world.groups();
@@ -215,7 +218,7 @@ mod tests {
     use crate::math::rgb::Rgb;
     use crate::math::vec::{DVec3, Vec2, Vec3};
     use crate::scene::description::{
-        ColourDescription, GeometryDescription, Key, LightDescription, LightModel,
+        ColourDescription, GeometryDescription, Keyframe, LightDescription, LightModel,
         MaterialDescription, MaterialModel, MeshDescription, Place, ShapeDescription,
     };
 
@@ -376,7 +379,7 @@ mod tests {
             center: DVec3::ZERO,
             radius: 1.0,
         };
-        let key = |time, height| Key {
+        let key = |time, height| Keyframe {
             time,
             transform: DAffine3::from_scale(DVec3::new(1.0, height, 1.0)),
         };

@@ -168,9 +168,9 @@ impl Scene {
         at: &Interaction<E>,
         time: f32,
         w: Vec3,
-        goes_through: bool,
+        is_transmitted: bool,
     ) -> (Ray, ExcludedPrimitive) {
-        let normal = at.exit_normal(goes_through);
+        let normal = at.exit_normal(is_transmitted);
         let free_distance = self
             .world
             .free_distance::<E>(at.id, time, at.p, w, normal == at.ng);

@@ -13,7 +13,7 @@ mod queries;
 mod rendering;
 pub mod states;
 
-pub use queries::{Met, QueryRay};
+pub use queries::{QueryRay, SurfaceHit};
 pub use rendering::Rendering;
 
 use crate::accel::{AccelOptions, Backend, Precision};
@@ -24,7 +24,7 @@ use crate::planted::planted;
 use crate::render::auto::{Recommendation, recommend};
 use crate::render::options::RenderOptions;
 use crate::render::settings::available_threads;
-use crate::render::{RenderInput, RenderObserver, Threads, Unwatched};
+use crate::render::{NullRenderObserver, RenderInput, RenderObserver, Threads};
 use crate::scene::description::{CameraDescription, FilmDescription, SceneDescription};
 use crate::scene::prepare::{Prepared, prepare};
 use crate::scene::{Scene, check, load};
@@ -159,7 +159,7 @@ impl Session {
     /// # Errors
     /// Options out of their range, and too little memory for the image.
     pub fn start(&self, options: &RenderOptions) -> Result<Rendering> {
-        self.start_watched(options, &Unwatched)
+        self.start_watched(options, &NullRenderObserver)
     }
 
     /// Begins a render like [`Self::start`]. `observer` may stop the pilot that resolves the integrator `auto`; `auto`
@@ -245,7 +245,7 @@ impl Session {
     pub fn set_transforms(&mut self, transforms: &[(usize, DAffine3)]) -> Result<()> {
         let start = Instant::now();
         let before = self.description.instances.clone();
-        match self.place_again(transforms) {
+        match self.set_instance_transforms(transforms) {
             Ok(notes) => self.notes = notes,
             Err(error) => {
                 self.description.instances = before;
@@ -257,7 +257,7 @@ impl Session {
         Ok(())
     }
 
-    fn place_again(&mut self, transforms: &[(usize, DAffine3)]) -> Result<Vec<String>> {
+    fn set_instance_transforms(&mut self, transforms: &[(usize, DAffine3)]) -> Result<Vec<String>> {
         let count = self.description.instances.len();
         for &(index, transform) in transforms {
             let Some(instance) = self.description.instances.get_mut(index) else {
@@ -267,11 +267,11 @@ impl Session {
             instance.transform = transform;
             check::instance(&self.description.instances[index], &self.description)?;
         }
-        self.scene.place_again(&self.description)
+        self.scene.set_instance_transforms(&self.description)
     }
 
     fn look_again(&mut self, start: Instant) {
-        self.scene.look_from(&self.description);
+        self.scene.set_camera(&self.description);
         self.work.cameras += 1;
         self.changed(start);
     }

@@ -12,14 +12,14 @@ use crate::effects::kernel::types::Everything;
 use crate::error::{Error, Result};
 use crate::integrator::CameraRay;
 use crate::integrator::light_paths::LightPathShare;
-use crate::integrator::reuse::Reuse;
+use crate::integrator::reuse::PathReuse;
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
 use crate::planted::planted;
-use crate::render::along_ray::{AlongRay, along_rays};
 use crate::render::check;
 use crate::render::options::RenderOptions;
-use crate::render::settings::{Adaptive, LightPathRule, ReuseRule};
+use crate::render::ray_radiance::{RayRadiance, along_rays};
+use crate::render::settings::{Adaptive, LightPathRule, PathReuseRule};
 
 /// The alpha above which a surface is hit, and the visibility above which a ray is unoccluded.
 const HALF: f32 = 0.5;
@@ -55,7 +55,7 @@ impl QueryRay {
 /// The surface interaction where a ray hits the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Met {
+pub struct SurfaceHit {
     /// The distance from the origin of the ray.
     pub distance: f64,
     /// The position of the hit.
@@ -77,13 +77,13 @@ impl Session {
     ///
     /// # Errors
     /// A ray out of its range.
-    pub fn intersect(&self, ray: &QueryRay) -> Result<Option<Met>> {
+    pub fn intersect(&self, ray: &QueryRay) -> Result<Option<SurfaceHit>> {
         let CameraRay { ray: traced, time } = self.to_scene(ray)?;
         let scene = &self.scene;
         let met = scene.intersect::<Everything>(&traced, time, None, HALF);
         Ok(met.map(|at| {
             let position = scene.normalisation.world_point(at.p);
-            Met {
+            SurfaceHit {
                 distance: (position - ray.origin).length(),
                 position,
                 geometric_normal: at.ng.as_dvec3(),
@@ -116,14 +116,14 @@ impl Session {
         options: &RenderOptions,
         rays: &[QueryRay],
         spp: u64,
-    ) -> Result<Vec<AlongRay>> {
+    ) -> Result<Vec<RayRadiance>> {
         let options = RenderOptions {
             spp: Some(spp),
             // Every ray has as many samples.
             adaptive: Some(Adaptive::Off),
             // The camera does not see where other rays begin.
             light_paths: Some(LightPathRule::Share(LightPathShare::None)),
-            reuse: Some(ReuseRule::Pixels(Reuse::Off)),
+            reuse: Some(PathReuseRule::Pixels(PathReuse::Off)),
             ..options.clone()
         };
         let settings = options.settings(&self.description)?;

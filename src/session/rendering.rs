@@ -6,7 +6,7 @@
 
 use super::{Session, State, layers};
 use crate::error::{Error, Result};
-use crate::film::bars::ErrorBars;
+use crate::film::error_bars::ErrorBars;
 use crate::film::filter::Filter;
 use crate::film::splats::Splats;
 use crate::film::{ErrorEstimate, Film};

@@ -7,19 +7,19 @@
 //! Range: a body that is too short, too long or has a number that no sum has is an error that names the byte.
 //! Source: none needed. Tested in `tests/rendering/state.rs` and `tests/fuzz_corpus.rs`.
 
-use super::header::{Header, MOST_COUNTED, damaged};
+use super::header::{Header, MAX_COUNTED, damaged};
 use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::pixel::Sums;
 use crate::film::splatted::Splatted;
 use crate::film::{Film, Tile};
 use crate::image::Layer;
-use crate::render::settings::MOST_SPP;
+use crate::render::settings::MAX_SPP;
 use rayon::prelude::*;
 use std::io::{self, Write};
 
 /// The doubles of the sums of a pixel whose samples contribute to several: one for each bit.
-const MOST_DOUBLES: usize = 32;
+const MAX_DOUBLES: usize = 32;
 
 /// Writes the body of a state.
 pub fn write(film: &Film, layers: &[Layer], writer: &mut impl Write) -> io::Result<()> {
@@ -58,7 +58,7 @@ pub fn write(film: &Film, layers: &[Layer], writer: &mut impl Write) -> io::Resu
 
 /// Writes the sums of a pixel: which doubles are not 0, and these.
 fn write_sums<const C: usize>(sums: &Sums<C>, writer: &mut impl Write) -> io::Result<()> {
-    let mut bytes = [0; 4 + 8 * MOST_DOUBLES];
+    let mut bytes = [0; 4 + 8 * MAX_DOUBLES];
     let (mut mask, mut length) = (0_u32, 4);
     for (i, double) in sums.to_doubles().enumerate() {
         if double != 0.0 {
@@ -157,7 +157,7 @@ impl Reader<'_> {
         let (least, is_even) = (header.samples(), !header.is_uneven);
         // Where pixels have counts of their own, the tile's is the least of these.
         let is_wrong = samples < least || (is_even && samples > least);
-        if samples > MOST_SPP || (is_wrong && !header.has_counts) {
+        if samples > MAX_SPP || (is_wrong && !header.has_counts) {
             return Err(self.damaged("as many samples as the header says"));
         }
         *sum = self.sum(*sum, samples)?;
@@ -171,12 +171,12 @@ impl Reader<'_> {
         };
         for (sum, rays) in counts.iter_mut().zip(rays) {
             let count = u64::from_le_bytes(self.take()?);
-            if count > MOST_SPP || !count.is_multiple_of(BATCHES) {
+            if count > MAX_SPP || !count.is_multiple_of(BATCHES) {
                 return Err(self.damaged("samples in whole rounds, at most 2^46"));
             }
             *sum = self.sum(*sum, count)?;
             let more = u64::from_le_bytes(self.take()?);
-            if more > MOST_COUNTED {
+            if more > MAX_COUNTED {
                 return Err(self.damaged("at most 2^61 rays"));
             }
             *rays = self.sum(*rays, more)?;

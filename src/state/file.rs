@@ -28,7 +28,7 @@ const BEFORE_HEADER: usize = 16;
 const CHECKSUM: usize = blake3::OUT_LEN;
 
 /// The largest header, in bytes: a longer one is not from a render.
-const LARGEST_HEADER: u32 = 1 << 26;
+const MAX_HEADER: u32 = 1 << 26;
 
 /// Writes a state to a file, whole or not at all.
 pub fn write(header: &Header, film: &Film, layers: &[Layer], path: &Path) -> Result<()> {
@@ -202,7 +202,7 @@ fn header_length(bytes: &[u8]) -> Result<usize> {
             ),
         ));
     }
-    if length > LARGEST_HEADER {
+    if length > MAX_HEADER {
         return Err(damaged(format!(
             "at byte 12, its header is said to have {length} bytes"
         )));

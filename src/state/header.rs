@@ -9,7 +9,7 @@ use super::fingerprint::Fingerprint;
 use super::ranges::describe;
 use crate::error::{Error, ErrorKind, Result};
 use crate::film::batches::BATCHES;
-use crate::film::footprint::MOST_REACH;
+use crate::film::footprint::MAX_REACH;
 use crate::film::splats::Splats;
 use crate::film::{Film, Window};
 use crate::image::{Layer, MAX_SIDE};
@@ -18,12 +18,12 @@ use crate::memory;
 use crate::render::adaptive::allocation::Allocation;
 use crate::render::budget::PlannerState;
 use crate::render::convergence::Look;
-use crate::render::settings::MOST_SPP;
+use crate::render::settings::MAX_SPP;
 use crate::render::{Rejected, Rendered};
 use serde::{Deserialize, Serialize};
 
 /// The largest count of rays, light paths or rejected samples, so that those of a few files can be added.
-pub(super) const MOST_COUNTED: u64 = 1 << 61;
+pub(super) const MAX_COUNTED: u64 = 1 << 61;
 
 /// The longest time of rendering, in seconds.
 const LONGEST: f64 = 1e15;
@@ -195,7 +195,7 @@ impl Header {
         let fits = |start: u32, length: u32| {
             (1..=MAX_SIDE).contains(&(length as usize)) && start.checked_add(length).is_some()
         };
-        let is_tiled = self.tile_size > 0 && self.reach <= MOST_REACH;
+        let is_tiled = self.tile_size > 0 && self.reach <= MAX_REACH;
         if !fits(x, width) || !fits(y, height) || !is_tiled {
             return Err(damaged(format!(
                 "its header has an impossible window: {width} x {height} pixels from ({x}, {y}) in tiles of {} and {} around",
@@ -222,7 +222,7 @@ impl Header {
     /// Refuses ranges of samples and counts that no render has.
     fn check_samples(&self) -> Result<()> {
         let is_wrong = |[first, end]: &[u64; 2]| {
-            first >= end || *end > MOST_SPP || !first.is_multiple_of(BATCHES)
+            first >= end || *end > MAX_SPP || !first.is_multiple_of(BATCHES)
         };
         let are_apart = self.done.windows(2).all(|pair| pair[0][1] < pair[1][0]);
         let mut ranges = self.done.iter().chain(&self.shard);
@@ -244,8 +244,8 @@ impl Header {
         let mut counts = [camera, closest, shadow, self.rejected.count]
             .into_iter()
             .chain(self.paths.into_iter().flatten());
-        if counts.any(|count| count > MOST_COUNTED)
-            || self.spp.is_some_and(|spp| spp > MOST_SPP)
+        if counts.any(|count| count > MAX_COUNTED)
+            || self.spp.is_some_and(|spp| spp > MAX_SPP)
             || !(0.0..=LONGEST).contains(&self.seconds)
         {
             return Err(damaged(
@@ -255,7 +255,7 @@ impl Header {
         }
         let may_have_counts = self.reach == 0 && self.paths.is_none();
         let is_pilot = |pilot: &Pilot| {
-            (1..=MOST_SPP).contains(&pilot.samples) && pilot.samples.is_multiple_of(BATCHES)
+            (1..=MAX_SPP).contains(&pilot.samples) && pilot.samples.is_multiple_of(BATCHES)
         };
         let is_adaptive = self.has_counts && may_have_counts;
         if (self.has_counts && !may_have_counts)

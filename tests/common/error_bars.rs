@@ -6,11 +6,11 @@
 
 use super::scene::film;
 use etendue::internals::film::Film;
-use etendue::internals::film::bars::ErrorBars;
+use etendue::internals::film::error_bars::ErrorBars;
 use etendue::internals::film::filter::Filter;
 use etendue::internals::image::metrics::rel_mse;
 use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use std::fmt;
@@ -204,7 +204,7 @@ impl Kept {
                 ..settings(description, sampler, seed, 1)
             };
             let size = description.film.size;
-            let rendered = render(scene, &filter, size, &settings, &Unwatched);
+            let rendered = render(scene, &filter, size, &settings, &NullRenderObserver);
             let rendered = rendered.expect("the settings are valid");
             assert!(rendered.reached);
             let apart = rel_mse(&rendered.film.develop(), &truth).expect("the same size");

@@ -12,9 +12,9 @@ use etendue::internals::geometry::texture::Texture;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec3, Vec2};
 use etendue::internals::scene::description::{
-    ColourDescription, FilmDescription, GeometryDescription, InstanceDescription, Key,
+    ColourDescription, FilmDescription, GeometryDescription, InstanceDescription, Keyframe,
     LightDescription, LightModel, MaterialDescription, MaterialModel, NormalMapDescription, Place,
-    SceneDescription, Written,
+    SceneDescription, WithLine,
 };
 use std::sync::Arc;
 
@@ -143,14 +143,14 @@ impl Generator {
         material
     }
 
-    fn keys(&mut self) -> Vec<Key> {
+    fn keys(&mut self) -> Vec<Keyframe> {
         let shift = DVec3::new(self.number(-0.4, 0.4), self.number(0.0, 0.3), 0.0);
         let turn = DAffine3::from_rotation_y(self.number(-0.5, 0.5));
         [
             (0.0, DAffine3::IDENTITY),
             (1.0, DAffine3::from_translation(shift) * turn),
         ]
-        .map(|(time, transform)| Key { time, transform })
+        .map(|(time, transform)| Keyframe { time, transform })
         .to_vec()
     }
 
@@ -244,12 +244,12 @@ impl Generator {
             self.instances(&mut scene, wanted);
         }
         self.lamps(&mut scene, wanted);
-        scene.render.light_paths = wanted.has(Effect::LightPaths).then(|| Written {
+        scene.render.light_paths = wanted.has(Effect::LightPaths).then(|| WithLine {
             value: "1".to_owned(),
             line: 1,
         });
         let shares = wanted.has(Effect::Reuse) && !NEVER_SHARED.iter().any(|&it| wanted.has(it));
-        scene.render.reuse = shares.then(|| Written {
+        scene.render.reuse = shares.then(|| WithLine {
             value: "16".to_owned(),
             line: 1,
         });

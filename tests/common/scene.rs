@@ -15,10 +15,10 @@ use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::render::settings::RenderSettings;
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::{
-    GeometryDescription, InstanceDescription, Key, MeshDescription, Place, SceneDescription,
+    GeometryDescription, InstanceDescription, Keyframe, MeshDescription, Place, SceneDescription,
 };
 use etendue::internals::scene::prepare::prepare;
 use etendue_lab::battery::case::{Effort, Trial};
@@ -47,7 +47,13 @@ pub fn robust(backend: Backend) -> AccelOptions {
 /// The film of a render.
 pub fn film(scene: &Scene, description: &SceneDescription, settings: &RenderSettings) -> Film {
     let filter = Filter::new(&description.film.filter);
-    let rendered = render(scene, &filter, description.film.size, settings, &Unwatched);
+    let rendered = render(
+        scene,
+        &filter,
+        description.film.size,
+        settings,
+        &NullRenderObserver,
+    );
     rendered.expect("the settings are valid").film
 }
 
@@ -131,7 +137,8 @@ pub fn picture(description: &SceneDescription, backend: Backend, spp: u64) -> Ve
     let scene = ready(description, backend);
     let filter = Filter::new(&description.film.filter);
     let settings = RenderSettings::new(size, spp);
-    let rendered = render(&scene, &filter, size, &settings, &Unwatched).expect("valid settings");
+    let rendered =
+        render(&scene, &filter, size, &settings, &NullRenderObserver).expect("valid settings");
     let image = rendered.film.develop();
     let pixels = image.pixels().iter();
     pixels.map(|p| p.to_array().map(f32::to_bits)).collect()
@@ -154,13 +161,13 @@ pub fn gallery() -> SceneDescription {
 }
 
 /// Motion keys from times and transforms.
-pub fn keys<const N: usize>(keys: [(f64, DAffine3); N]) -> Vec<Key> {
-    keys.map(|(time, transform)| Key { time, transform })
+pub fn keys<const N: usize>(keys: [(f64, DAffine3); N]) -> Vec<Keyframe> {
+    keys.map(|(time, transform)| Keyframe { time, transform })
         .to_vec()
 }
 
 /// The motion keys of a translation at constant speed, from time 0 to 1.
-pub fn slide(from: DVec3, to: DVec3) -> Vec<Key> {
+pub fn slide(from: DVec3, to: DVec3) -> Vec<Keyframe> {
     keys([
         (0.0, DAffine3::from_translation(from)),
         (1.0, DAffine3::from_translation(to)),
@@ -168,7 +175,7 @@ pub fn slide(from: DVec3, to: DVec3) -> Vec<Key> {
 }
 
 /// Puts all shapes of the scene into one group, placed once.
-pub fn as_instance(scene: &mut SceneDescription, transform: DAffine3, motion: Vec<Key>) {
+pub fn as_instance(scene: &mut SceneDescription, transform: DAffine3, motion: Vec<Keyframe>) {
     scene.groups = vec!["all".into()];
     scene.shapes.iter_mut().for_each(|s| s.group = Some(0));
     scene.instances = vec![InstanceDescription {
@@ -191,6 +198,7 @@ pub fn seen_whole(description: &SceneDescription, backend: Backend, spp: u64, se
         max_bounces: Some(0),
         ..RenderSettings::new(size, spp)
     };
-    let rendered = render(&scene, &filter, size, &settings, &Unwatched).expect("valid settings");
+    let rendered =
+        render(&scene, &filter, size, &settings, &NullRenderObserver).expect("valid settings");
     rendered.film.mean()[1]
 }

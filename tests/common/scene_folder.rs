@@ -8,7 +8,7 @@ use etendue::internals::accel::{AccelOptions, Backend, Precision, Quality};
 use etendue::internals::film::filter::Filter;
 use etendue::internals::image::Image;
 use etendue::internals::render::settings::RenderSettings;
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::load::load;
 use etendue::internals::scene::prepare::prepare;
@@ -147,6 +147,12 @@ pub fn picture(description: &SceneDescription, settings: &RenderSettings) -> Ima
     let prepared = prepare(description, options).expect("the scene is valid");
     let filter = Filter::new(&description.film.filter);
     let size = description.film.size;
-    let rendered = render(&prepared.scene, &filter, size, settings, &Unwatched);
+    let rendered = render(
+        &prepared.scene,
+        &filter,
+        size,
+        settings,
+        &NullRenderObserver,
+    );
     rendered.expect("the settings are valid").film.develop()
 }

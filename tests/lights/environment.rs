@@ -17,7 +17,7 @@ use etendue::internals::light::environment::EnvironmentMap;
 use etendue::internals::light::point::PointLight;
 use etendue::internals::light::select::Lights;
 use etendue::internals::light::types::{
-    LightChoice, LightSampling, MapRule, Receiver, ShadowRayEnd,
+    EnvironmentSampling, LightChoice, LightSampling, Receiver, ShadowRayEnd,
 };
 use etendue::internals::math::measure::Pmf;
 use etendue::internals::math::rgb::Rgb;
@@ -69,7 +69,9 @@ fn direction(u: f64, v: f64) -> DVec3 {
 }
 
 fn seen(map: &EnvironmentMap, w: DVec3) -> f32 {
-    map.eval(w.as_vec3a(), MapRule::Radiance).0.to_array()[0]
+    map.eval(w.as_vec3a(), EnvironmentSampling::Radiance)
+        .0
+        .to_array()[0]
 }
 
 fn turn() -> DMat3 {
@@ -146,10 +148,10 @@ fn environment_map_samples_match_their_pdf() {
         };
         let result = test.run(
             |rng| {
-                map.sample(rng.uniform_2d(), MapRule::Radiance)
+                map.sample(rng.uniform_2d(), EnvironmentSampling::Radiance)
                     .map(|s| s.wi)
             },
-            |w| map.eval(w, MapRule::Radiance).1.0,
+            |w| map.eval(w, EnvironmentSampling::Radiance).1.0,
         );
         assert!(result.p_value > 1e-4, "{name}: {result:?}");
         assert!((result.integral - 1.0).abs() < 2e-3, "{name}: {result:?}");
@@ -171,7 +173,7 @@ fn environment_pdf_integrates_to_one_and_is_positive_where_lit() {
             for column in 0..width {
                 let u = (f64::from(column) + 1.0) / f64::from(width);
                 let w = turn() * direction(u, 0.5 * (a + b) / PI);
-                let (radiance, pdf) = map.eval(w.as_vec3a(), MapRule::Radiance);
+                let (radiance, pdf) = map.eval(w.as_vec3a(), EnvironmentSampling::Radiance);
                 assert!(pdf.0 > 0.0 || radiance.is_black(), "({column}, {row})");
                 integral += f64::from(pdf.0) * (a.cos() - b.cos()) * TAU / f64::from(width);
             }
@@ -183,7 +185,7 @@ fn environment_pdf_integrates_to_one_and_is_positive_where_lit() {
         let mut rng = TestRng::new(3);
         for _ in 0..10_000 {
             let w = rng.direction_log_uniform(1e-6);
-            let (radiance, pdf) = map.eval(w, MapRule::Radiance);
+            let (radiance, pdf) = map.eval(w, EnvironmentSampling::Radiance);
             assert!(pdf.0 > 0.0 || radiance.is_black(), "{w}");
         }
     }
@@ -199,13 +201,13 @@ fn environment_sample_radiance_and_pdf_equal_evaluation() {
         let mut nothing = 0;
         for u in us {
             // At the border to a black patch, rounding can place a sample in that patch, where radiance is zero.
-            let Some(s) = map.sample(u, MapRule::Radiance) else {
+            let Some(s) = map.sample(u, EnvironmentSampling::Radiance) else {
                 nothing += 1;
                 continue;
             };
             assert!((s.wi.length() - 1.0).abs() < 1e-6, "{u} {s:?}");
             assert!(matches!(s.end, ShadowRayEnd::Infinity));
-            let (radiance, pdf) = map.eval(s.wi, MapRule::Radiance);
+            let (radiance, pdf) = map.eval(s.wi, EnvironmentSampling::Radiance);
             assert_eq!((s.radiance, s.pdf), (radiance, Some(pdf)));
         }
         assert!(
@@ -220,7 +222,7 @@ fn estimated(map: &EnvironmentMap, samples: u32) -> Moments {
     Moments::of((0..32).map(|replicate| {
         let mut rng = TestRng::new(replicate);
         let one = |rng: &mut TestRng| {
-            map.sample(rng.uniform_2d(), MapRule::Radiance)
+            map.sample(rng.uniform_2d(), EnvironmentSampling::Radiance)
                 .map_or(0.0, |s| {
                     f64::from(s.radiance.luminance()) / f64::from(s.pdf.expect("no delta").0)
                 })
@@ -278,7 +280,7 @@ fn constant_map_has_uniform_pdf_and_black_map_is_no_light() {
         let mut rng = TestRng::new(6);
         for _ in 0..1000 {
             let s = map
-                .sample(rng.uniform_2d(), MapRule::Radiance)
+                .sample(rng.uniform_2d(), EnvironmentSampling::Radiance)
                 .expect("no direction is black");
             let pdf = f64::from(s.pdf.expect("no delta").0);
             assert!((pdf * 4.0 * PI - 1.0).abs() < 3e-7, "{width}: {pdf}");
@@ -310,24 +312,28 @@ fn environment_pdf_includes_the_light_selection_probability() {
             continue;
         };
         found += 1;
-        let beyond = lights.environment(s.wi, MapRule::Radiance);
+        let beyond = lights.environment(s.wi, EnvironmentSampling::Radiance);
         let beyond = beyond.expect("there is a map");
         assert_eq!((light, beyond.light), (1, 1));
         assert_eq!((s.radiance, pdf), (beyond.radiance, choice.1 * beyond.pdf));
-        assert!((pdf.0 / map.eval(s.wi, MapRule::Radiance).1.0 - 0.75).abs() < 1e-6);
+        assert!((pdf.0 / map.eval(s.wi, EnvironmentSampling::Radiance).1.0 - 0.75).abs() < 1e-6);
     }
     // 750 +- 14.
     assert!((680..820).contains(&found), "{found}");
     // A map that is never chosen is still evaluated.
     let lights = Lights::new(vec![Light::Environment(map)], &[0.0]);
-    assert!(lights.environment(Vec3::X, MapRule::Radiance).is_some());
+    assert!(
+        lights
+            .environment(Vec3::X, EnvironmentSampling::Radiance)
+            .is_some()
+    );
     let nowhere = Receiver::anywhere(Vec3::ZERO);
     for choice in LightChoice::ALL {
         assert_eq!(lights.pmf::<Everything>(0, *choice, &nowhere), Pmf(0.0));
     }
     assert!(
         Lights::new(vec![Light::Point(point)], &[1.0])
-            .environment(Vec3::X, MapRule::Radiance)
+            .environment(Vec3::X, EnvironmentSampling::Radiance)
             .is_none()
     );
 }

@@ -8,8 +8,9 @@ use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec2, DVec3};
 use etendue::internals::scene::check;
 use etendue::internals::scene::description::{
-    ColourDescription, GeometryDescription, InstanceDescription, Key, LightDescription, LightModel,
-    MaterialDescription, MaterialModel, MeshDescription, Place, SceneDescription, ShapeDescription,
+    ColourDescription, GeometryDescription, InstanceDescription, Keyframe, LightDescription,
+    LightModel, MaterialDescription, MaterialModel, MeshDescription, Place, SceneDescription,
+    ShapeDescription,
 };
 use etendue::internals::scene::load::load;
 use std::sync::Arc;
@@ -111,7 +112,7 @@ fn invalid_shapes_are_rejected_naming_the_field() {
         scene.shapes[0].emission = Some(Rgb::grey(-1.0).into());
     });
     is_refused("floor: motion", |scene| {
-        let key = |time| Key {
+        let key = |time| Keyframe {
             time,
             transform: DAffine3::IDENTITY,
         };

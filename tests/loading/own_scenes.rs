@@ -6,7 +6,7 @@ use etendue::internals::film::Film;
 use etendue::internals::film::filter::Filter;
 use etendue::internals::plan::Plan;
 use etendue::internals::render::settings::RenderSettings;
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::load::load;
 use etendue::internals::scene::prepare::prepare;
 use std::path::{Path, PathBuf};
@@ -46,7 +46,8 @@ fn rendered(path: &Path, size: (u32, u32), spp: u64) -> Film {
         .scene;
     let filter = Filter::new(&description.film.filter);
     let settings = RenderSettings::new(size, spp);
-    let rendered = render(&scene, &filter, size, &settings, &Unwatched).expect("valid settings");
+    let rendered =
+        render(&scene, &filter, size, &settings, &NullRenderObserver).expect("valid settings");
     assert_eq!(rendered.rejected.count, 0, "{}", path.display());
     rendered.film
 }

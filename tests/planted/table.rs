@@ -223,12 +223,12 @@ pub const PLANTED: &[Planted] = &[
     bug(
         "moderation-forgets-its-freedom",
         "error bars take a variance told by few numbers as known",
-        "lib::film::bars::tests::interval_coverage_is_nominal_for_equal_and_unequal_variances",
+        "lib::film::error_bars::tests::interval_coverage_is_nominal_for_equal_and_unequal_variances",
     ),
     bug(
         "flags-by-the-pixel-itself",
         "whether to trust a pixel's error bar is decided by its own samples",
-        "lib::film::bars::tests::pixel_flag_depends_on_neighbours_not_on_own_samples",
+        "lib::film::error_bars::tests::pixel_flag_depends_on_neighbours_not_on_own_samples",
     ),
     bug(
         "film-in-single-precision",

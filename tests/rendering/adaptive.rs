@@ -15,7 +15,7 @@ use etendue::internals::math::stats::{Moments, normal_quantile};
 use etendue::internals::render::replay::replay;
 use etendue::internals::render::settings::Adaptive;
 use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
-use etendue::internals::render::{Progress, RenderObserver, Rendered, Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, Progress, RenderObserver, Rendered, render};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -192,7 +192,7 @@ fn adaptive_images_are_bit_identical_across_threads_and_tiles() {
                 tile_size,
                 ..settings(&description, 3, 1)
             };
-            let rendered = rendered(&scene, &description, &settings, &Unwatched);
+            let rendered = rendered(&scene, &description, &settings, &NullRenderObserver);
             assert_eq!(rendered.film.tiles()[0].window.width, tile_size.min(24));
             (bits(&rendered.film), rendered.spp, rendered.reached)
         };
@@ -395,8 +395,8 @@ fn adaptive_sampling_meets_error_target_with_fewer_samples() {
                 adaptive: Adaptive::Off,
                 ..adaptive.clone()
             };
-            let [adaptive, uniform] =
-                [adaptive, uniform].map(|it| rendered(&scene, &description, &it, &Unwatched));
+            let [adaptive, uniform] = [adaptive, uniform]
+                .map(|it| rendered(&scene, &description, &it, &NullRenderObserver));
             assert!(adaptive.reached && uniform.reached);
             spp[0] += adaptive.spp;
             spp[1] += uniform.spp;
@@ -432,7 +432,7 @@ fn short_time_budget_still_yields_an_error_estimate() {
         budget: Budget::time(Duration::from_millis(1)),
         ..settings(&description, 0, 1)
     };
-    let film = rendered(&scene, &description, &settings, &Unwatched).film;
+    let film = rendered(&scene, &description, &settings, &NullRenderObserver).film;
     assert!(film.sample_counts().iter().all(|&count| count >= 4));
     assert!(film.error(0.95).is_some());
 }

@@ -97,7 +97,8 @@ fn greedy_sampling_is_biased_for_rare_events() {
             let (mut film, mut rng) = (film_of(16), TestRng::new(seed));
             let allocator = SampleAllocator::Greedy(0.1);
             let mut level = 0;
-            while let SampleAllocation::UpTo(counts) = allocator.deal(&film, &[], level..level + 16)
+            while let SampleAllocation::UpTo(counts) =
+                allocator.allocate(&film, &[], level..level + 16)
             {
                 fill(&mut film, &counts, &mut rng, rare(height));
                 level += 16;

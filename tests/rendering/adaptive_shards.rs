@@ -6,7 +6,7 @@ use etendue::internals::image::LayeredImage;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{Adaptive, SamplerKind};
-use etendue::internals::render::{Progress, RenderObserver, Unwatched};
+use etendue::internals::render::{NullRenderObserver, Progress, RenderObserver};
 use etendue::internals::session::layers::with_film;
 use etendue::internals::session::{Rendering, Session, tracing};
 use etendue::internals::state::{Merge, Shard, State};
@@ -80,7 +80,7 @@ fn shard(
     file: &Path,
 ) {
     let mut rendering = begun(session, options, pilot, shard);
-    finish(&mut rendering, session, &Unwatched);
+    finish(&mut rendering, session, &NullRenderObserver);
     rendering.save(session, file).expect("it is written");
 }
 
@@ -132,7 +132,7 @@ fn merged_adaptive_shards_are_bit_identical_to_one_render() {
         let mut options = adaptive(sampler, spp);
         options.layers = true;
         let at_once = session(2);
-        let whole = at_once.render(&options, &Unwatched);
+        let whole = at_once.render(&options, &NullRenderObserver);
         let whole = whole.expect("valid options");
         let counts = whole.film().sample_counts();
         assert!(counts.iter().min() < counts.iter().max());
@@ -183,7 +183,7 @@ fn merged_partly(files: &[PathBuf]) -> State {
 #[test]
 fn killed_and_resumed_adaptive_shards_are_bit_identical_to_one_render() {
     let options = adaptive(SamplerKind::Sobol, 200);
-    let whole = session(2).render(&options, &Unwatched);
+    let whole = session(2).render(&options, &NullRenderObserver);
     let whole = whole.expect("valid options");
     let folder = folder();
     let file = |name: &str| folder.path().join(name);
@@ -223,7 +223,9 @@ fn render_continued_after_its_pilot_is_bit_identical_to_one_render() {
     let folder = folder();
     let session = session(2);
     let options = adaptive(SamplerKind::Sobol, 200);
-    let whole = session.render(&options, &Unwatched).expect("valid options");
+    let whole = session
+        .render(&options, &NullRenderObserver)
+        .expect("valid options");
     let file = pilot(&session, &options, 52, folder.path());
     let read = |file: &Path| State::read(file).expect("it is whole");
     let mut rendering = session.start(&options).expect("valid options");
@@ -239,7 +241,7 @@ fn render_continued_after_its_pilot_is_bit_identical_to_one_render() {
         .distribute_by(&session, &read(&file))
         .expect("its pilot");
     rendering.continue_from(&session, state).expect("its state");
-    finish(&mut rendering, &session, &Unwatched);
+    finish(&mut rendering, &session, &NullRenderObserver);
     let parts = folder.path().join("whole.etd");
     rendering.save(&session, &parts).expect("written");
     assert_same(&merged(std::slice::from_ref(&parts)), &whole, "continued");
@@ -256,7 +258,7 @@ fn render_continued_after_its_pilot_is_bit_identical_to_one_render() {
     longer
         .continue_after(&session, read(&file))
         .expect("its pilot");
-    finish(&mut longer, &session, &Unwatched);
+    finish(&mut longer, &session, &NullRenderObserver);
     let both = merged(&[parts, more]);
     assert!(both.film.develop() == longer.image());
     assert_eq!(both.film.sample_counts(), longer.film().sample_counts());

@@ -3,7 +3,7 @@
 use crate::common::furnished::{glass, matte, outside, small_light};
 use crate::common::room::room;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::Unwatched;
+use etendue::internals::render::NullRenderObserver;
 use etendue::internals::render::auto::Recommendation;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::Adaptive;
@@ -79,7 +79,7 @@ fn options(integrator: IntegratorKind) -> RenderOptions {
 
 fn recommended(session: &Session, options: &RenderOptions) -> Recommendation {
     session
-        .recommend(options, &Unwatched)
+        .recommend(options, &NullRenderObserver)
         .expect("a valid scene and valid options")
 }
 
@@ -88,7 +88,7 @@ fn auto_image_equals_that_of_the_recommended_integrator() {
     for scene in [matte(), shaded(), mirrored_point()] {
         let session = session(scene, 2);
         let see = |integrator| {
-            let rendering = session.render(&options(integrator), &Unwatched);
+            let rendering = session.render(&options(integrator), &NullRenderObserver);
             rendering.expect("valid options")
         };
         let auto = see(IntegratorKind::Auto);
@@ -145,7 +145,7 @@ fn adaptive_sampling_restricts_auto_to_path() {
     let told = recommended(&session, &options);
     assert_eq!(told.integrator, IntegratorKind::Path);
     assert!(told.why.contains("only path"), "{told:?}");
-    assert!(session.render(&options, &Unwatched).is_ok());
+    assert!(session.render(&options, &NullRenderObserver).is_ok());
 }
 
 #[test]

@@ -6,7 +6,7 @@ use etendue::internals::film::Film;
 use etendue::internals::film::filter::Filter;
 use etendue::internals::film::pixel::PixelSums;
 use etendue::internals::image::{Image, metrics};
-use etendue::internals::integrator::observer::Unobserved;
+use etendue::internals::integrator::observer::NullPathObserver;
 use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::render::observe_tile;
 use etendue::internals::render::replay::replay;
@@ -138,7 +138,7 @@ fn samples_are_independent_of_how_they_are_batched() {
                         None,
                         tile,
                         range,
-                        &mut Unobserved,
+                        &mut NullPathObserver,
                     );
                 }
                 film.develop()

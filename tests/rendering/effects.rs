@@ -16,11 +16,11 @@ use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec3, Vec2};
 use etendue::internals::plan::Plan;
 use etendue::internals::render::settings::RenderSettings;
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::{
-    ColourDescription, Key, LightDescription, LightModel, MaterialModel, Place, SceneDescription,
-    ShapeDescription,
+    ColourDescription, Keyframe, LightDescription, LightModel, MaterialModel, Place,
+    SceneDescription, ShapeDescription,
 };
 use etendue::internals::scene::interaction::Interaction;
 use etendue::internals::scene::load::load;
@@ -52,7 +52,8 @@ fn picture(description: &SceneDescription, scene: &Scene, kernel: Option<Kernel>
         ..RenderSettings::new(SIZE, 2)
     };
     let filter = Filter::new(&description.film.filter);
-    let rendered = render(scene, &filter, SIZE, &settings, &Unwatched).expect("the kernel fits");
+    let rendered =
+        render(scene, &filter, SIZE, &settings, &NullRenderObserver).expect("the kernel fits");
     assert_eq!(rendered.rejected.count, 0, "samples that are not finite");
     rendered.film.develop()
 }
@@ -154,7 +155,7 @@ fn kernel_lacking_a_required_effect_is_rejected() {
         ..RenderSettings::new(SIZE, 1)
     };
     let filter = Filter::new(&scene.film.filter);
-    let error = render(&ready, &filter, SIZE, &settings, &Unwatched)
+    let error = render(&ready, &filter, SIZE, &settings, &NullRenderObserver)
         .expect_err("the kernel has no environment");
     assert!(error.to_string().contains("environment"), "{error}");
 }
@@ -193,7 +194,7 @@ fn no_op_scene_features_require_no_effects() {
         reflectance: one_colour.clone(),
     };
     scene.materials[0].alpha = white;
-    let key = |time| Key {
+    let key = |time| Keyframe {
         time,
         transform: DAffine3::from_translation(DVec3::new(0.1, 0.2, 0.3)),
     };

@@ -160,7 +160,7 @@ fn russian_roulette_leaves_the_mean_unchanged() {
     };
     for integrator in [IntegratorKind::Path, IntegratorKind::LightOrRest] {
         let never = with(integrator, Roulette::None, 5);
-        let window = Roulette::Window(WeightWindow::one_part_in(4).expect("it is at most 64"));
+        let window = Roulette::Window(WeightWindow::reciprocal_of(4).expect("it is at most 64"));
         for roulette in [Roulette::Albedo, Roulette::Throughput, window] {
             let what = format!("{}, {}", integrator.name(), roulette);
             assert_same(&what, &with(integrator, roulette, 6), &never, 0.012);

@@ -14,7 +14,7 @@ use etendue::internals::math::stats::Moments;
 use etendue::internals::render::cache_prepass::cache_prepass;
 use etendue::internals::render::replay::{PathEvent, replay};
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::SceneDescription;
 use etendue_lab::battery::case::{Effort, Trial};
 use etendue_lab::battery::irradiance::cache_errors;
@@ -205,7 +205,7 @@ motion = [{{ time = 0, transform = [{{ translate = [0, 0, 0] }}] }}, {{ time = 1
         &filter,
         description.film.size,
         &settings,
-        &Unwatched,
+        &NullRenderObserver,
     );
     let error = refused.expect_err("the scene has motion").to_string();
     assert!(error.contains("--integrator path"), "{error}");

@@ -17,11 +17,11 @@ use etendue::internals::film::filter::{FilterDescription, FilterKind};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::math::vec::DVec3;
-use etendue::internals::render::Unwatched;
+use etendue::internals::render::NullRenderObserver;
 use etendue::internals::render::auto::PathChoices;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{
-    Adaptive, Budget, LightPathRule, RenderSettings, ReuseRule, SamplerKind,
+    Adaptive, Budget, LightPathRule, PathReuseRule, RenderSettings, SamplerKind,
 };
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::load::load;
@@ -168,7 +168,7 @@ pub fn squared_error(name: &str, mut options: RenderOptions) -> (f64, PathChoice
     let (session, mut rendering) = begun(name, &options);
     let until = rendering.settings().budget;
     rendering
-        .continue_until(&session, until, &Unwatched)
+        .continue_until(&session, until, &NullRenderObserver)
         .expect("it renders");
     let error = rendering.rendered().film.error(0.95);
     let rel_rmse = error.expect("samples in every batch").rel_rmse;
@@ -202,13 +202,13 @@ fn pilot_enables_light_paths_only_where_more_efficient() {
     // A kernel without light paths cannot have any.
     let mut options = RenderOptions::samples(4);
     options.light_paths = Some(LightPathRule::Auto);
-    options.reuse = Some(ReuseRule::Auto);
+    options.reuse = Some(PathReuseRule::Auto);
     options.kernel = Some(Kernel::Studio);
     let (session, mut rendering) = begun("caustics", &options);
     assert_eq!(rendering.choices().light_paths, None);
     assert_eq!(rendering.choices().reuse, None);
     rendering
-        .continue_until(&session, Budget::samples(4), &Unwatched)
+        .continue_until(&session, Budget::samples(4), &NullRenderObserver)
         .expect("the kernel has all effects");
     // There is nothing that throws light.
     let mut options = RenderOptions::samples(4);

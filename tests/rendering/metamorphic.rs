@@ -13,9 +13,9 @@ use etendue::internals::image::{Image, metrics};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec3};
 use etendue::internals::render::settings::RenderSettings;
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::{
-    ColourDescription, GeometryDescription, Key, LightModel, SceneDescription,
+    ColourDescription, GeometryDescription, Keyframe, LightModel, SceneDescription,
 };
 use std::sync::Arc;
 
@@ -41,7 +41,8 @@ fn picture(description: &SceneDescription, backend: Backend, settings: &RenderSe
     let scene = ready(description, backend);
     let filter = Filter::new(&description.film.filter);
     let size = description.film.size;
-    let rendered = render(&scene, &filter, size, settings, &Unwatched).expect("valid settings");
+    let rendered =
+        render(&scene, &filter, size, settings, &NullRenderObserver).expect("valid settings");
     assert_eq!(rendered.rejected.count, 0, "samples that are not finite");
     rendered.film.develop()
 }
@@ -112,7 +113,7 @@ fn brighter(scene: &SceneDescription, factor: f32) -> SceneDescription {
 /// scaled so that the image stays the same.
 fn moved(scene: &SceneDescription, turn: DMat3, factor: f64, by: DVec3) -> SceneDescription {
     let matrix = DAffine3::from_mat3_translation(factor * turn, by);
-    let within = |keys: &mut Vec<Key>| {
+    let within = |keys: &mut Vec<Keyframe>| {
         for key in keys {
             key.transform = matrix * key.transform * matrix.inverse();
         }

@@ -12,7 +12,7 @@ use etendue::internals::film::filter::Filter;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::SceneDescription;
 
 fn compare(
@@ -101,7 +101,13 @@ fn unlit_scene_fails_with_an_error_about_missing_light() {
     let ready = ready(&scene, Backend::ALL[0]);
     let filter = Filter::new(&scene.film.filter);
     let settings = settings(&scene, IntegratorKind::Metropolis, 16);
-    let error = render(&ready, &filter, scene.film.size, &settings, &Unwatched);
+    let error = render(
+        &ready,
+        &filter,
+        scene.film.size,
+        &settings,
+        &NullRenderObserver,
+    );
     let error = error.expect_err("there is no light");
     assert!(error.to_string().contains("found any light"), "{error}");
 }

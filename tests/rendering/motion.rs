@@ -14,7 +14,7 @@ use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DVec3, Vec2};
 use etendue::internals::scene::description::{
-    ColourDescription, GeometryDescription, Key, MaterialDescription, MaterialModel, Place,
+    ColourDescription, GeometryDescription, Keyframe, MaterialDescription, MaterialModel, Place,
     SceneDescription,
 };
 use std::sync::Arc;
@@ -37,7 +37,7 @@ fn check(what: &str, scene: &SceneDescription, bounces: u32, exact: f64, power: 
 fn standing(
     there: DVec3,
     at: impl Fn(DVec3) -> DAffine3,
-) -> Vec<(&'static str, [f64; 2], Vec<Key>)> {
+) -> Vec<(&'static str, [f64; 2], Vec<Keyframe>)> {
     let far = DVec3::new(-3.0, 8.0, 5.0);
     // Exactly p at a quarter of the way: 0.75 q + 0.25 (4 p - 3 q) = p, with p = `there` and q = `far`.
     let behind = 4.0 * there - 3.0 * far;

@@ -7,7 +7,7 @@ use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::render::settings::RenderSettings;
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::{CameraDescription, SceneDescription};
 
 /// Number of pixels across the edge. Pixels along the edge are replicates.
@@ -73,7 +73,7 @@ fn pixel_values_at_an_edge_match_the_filter_integral() {
             let settings = RenderSettings::new(size, 1 << 10);
             let filter = Filter::new(&description);
             let scene = ready(&scene, Backend::ALL[0]);
-            let rendered = render(&scene, &filter, size, &settings, &Unwatched);
+            let rendered = render(&scene, &filter, size, &settings, &NullRenderObserver);
             let image = rendered.expect("valid settings").film.develop();
             for i in 0..ACROSS {
                 let seen = Moments::of((0..ALONG).map(|j| {

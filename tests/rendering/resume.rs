@@ -11,7 +11,7 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::Adaptive;
 use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 use etendue::internals::render::{
-    RenderInput, RenderObserver, Rendered, Threads, Unwatched, render, resume,
+    NullRenderObserver, RenderInput, RenderObserver, Rendered, Threads, render, resume,
 };
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
@@ -45,7 +45,14 @@ impl Stage {
 
     fn at_once(&self, settings: &RenderSettings) -> Rendered {
         let size = self.description.film.size;
-        render(&self.scene, &self.filter, size, settings, &Unwatched).expect("valid settings")
+        render(
+            &self.scene,
+            &self.filter,
+            size,
+            settings,
+            &NullRenderObserver,
+        )
+        .expect("valid settings")
     }
 
     fn continue_until(
@@ -84,7 +91,7 @@ fn render_in_parts_is_bit_identical_to_a_single_render() {
             for spp in [16, 32, 48] {
                 let until = Budget::samples(spp);
                 stage
-                    .continue_until(&settings(16), until, &mut parts, &Unwatched)
+                    .continue_until(&settings(16), until, &mut parts, &NullRenderObserver)
                     .expect("valid settings");
                 assert_eq!(parts.spp, spp);
             }
@@ -137,7 +144,7 @@ fn interrupted_render_resumes_to_the_same_image() {
         "it was not cancelled within a pass: {least:?} {most:?}"
     );
     stage
-        .continue_until(&settings, settings.budget, &mut parts, &Unwatched)
+        .continue_until(&settings, settings.budget, &mut parts, &NullRenderObserver)
         .expect("valid settings");
     assert!(!parts.cancelled);
     let whole = stage.at_once(&settings);
@@ -194,7 +201,7 @@ fn interrupted_adaptive_render_resumes_to_the_same_image() {
         assert!(parts.cancelled && parts.is_uneven, "{tiles} tiles");
         for _ in 0..2 {
             stage
-                .continue_until(&adaptive, adaptive.budget, &mut parts, &Unwatched)
+                .continue_until(&adaptive, adaptive.budget, &mut parts, &NullRenderObserver)
                 .expect("valid settings");
             assert!(!parts.is_uneven);
             assert_eq!(parts.film.develop(), whole.film.develop(), "{tiles}");
@@ -221,7 +228,7 @@ fn resuming_a_greedy_render_is_rejected_without_changes() {
     };
     let mut rendered = stage.at_once(&greedy);
     let before = rendered.film.develop();
-    let refused = stage.continue_until(&greedy, until(32), &mut rendered, &Unwatched);
+    let refused = stage.continue_until(&greedy, until(32), &mut rendered, &NullRenderObserver);
     let refused = refused.expect_err("it cannot be resumed");
     assert_eq!(refused.kind(), ErrorKind::Usage, "{refused}");
     assert_eq!(rendered.film.develop(), before);
@@ -249,7 +256,7 @@ fn complete_adaptive_render_ends_at_once_and_an_interrupted_one_is_rejected() {
         let mut rendered = stage.at_once(&settings);
         let samples = rendered.film.sample_count();
         let again = |until, rendered: &mut Rendered| {
-            stage.continue_until(&settings, until, rendered, &Unwatched)
+            stage.continue_until(&settings, until, rendered, &NullRenderObserver)
         };
         again(budget, &mut rendered).expect("it is complete");
         assert_eq!(rendered.film.sample_count(), samples, "{adaptive:?}");

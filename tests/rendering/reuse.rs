@@ -20,23 +20,25 @@ use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind, Fi
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::light_paths::LightPathShare;
-use etendue::internals::integrator::reuse::Reuse;
+use etendue::internals::integrator::reuse::PathReuse;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::render::check;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::replay::replay;
-use etendue::internals::render::settings::{Adaptive, LightPathRule, RenderSettings, ReuseRule};
+use etendue::internals::render::settings::{
+    Adaptive, LightPathRule, PathReuseRule, RenderSettings,
+};
 use etendue::internals::scene::description::{
     ColourDescription, MaterialModel, SceneDescription, ShapeDescription,
 };
 use std::collections::BTreeSet;
 
 /// The settings of `path` with shared paths.
-fn with_reuse(scene: &SceneDescription, reuse: Reuse, spp: u64) -> RenderSettings {
+fn with_reuse(scene: &SceneDescription, reuse: PathReuse, spp: u64) -> RenderSettings {
     RenderSettings {
-        reuse: ReuseRule::Pixels(reuse),
+        reuse: PathReuseRule::Pixels(reuse),
         ..settings(scene, IntegratorKind::Path, spp)
     }
 }
@@ -45,7 +47,7 @@ fn with_reuse(scene: &SceneDescription, reuse: Reuse, spp: u64) -> RenderSetting
 fn compare(
     what: &str,
     scene: &SceneDescription,
-    reuse: Reuse,
+    reuse: PathReuse,
     power: f64,
     max_bounces: Option<u32>,
 ) {
@@ -59,7 +61,7 @@ fn compare(
 #[test]
 fn path_reuse_agrees_with_path_in_every_block_of_six_scenes() {
     for (name, scene, power) in &six_scenes() {
-        for reuse in [Reuse::Sixteen, Reuse::Four] {
+        for reuse in [PathReuse::Sixteen, PathReuse::Four] {
             compare(name, scene, reuse, *power, None);
         }
     }
@@ -70,7 +72,7 @@ fn path_reuse_agrees_with_path_for_zero_to_four_bounces() {
     for (name, scene) in [("matte", matte()), ("smooth glass", glass(0.0))] {
         for max_bounces in 0..5 {
             let what = format!("{name}, {max_bounces} bounces");
-            compare(&what, &scene, Reuse::Sixteen, 0.03, Some(max_bounces));
+            compare(&what, &scene, PathReuse::Sixteen, 0.03, Some(max_bounces));
         }
     }
 }
@@ -78,7 +80,7 @@ fn path_reuse_agrees_with_path_for_zero_to_four_bounces() {
 #[test]
 fn path_reuse_agrees_with_path_under_every_kind_of_light() {
     for (name, scene) in &kinds_of_light() {
-        compare(name, scene, Reuse::Sixteen, 0.03, None);
+        compare(name, scene, PathReuse::Sixteen, 0.03, None);
     }
 }
 
@@ -103,9 +105,9 @@ fn path_reuse_agrees_with_path_in_partly_shareable_blocks() {
                 ..surface(strip, 0.0)
             });
         }
-        let groups: &[Reuse] = match is_nightly() {
-            true => &[Reuse::Sixteen, Reuse::Four],
-            false => &[Reuse::Sixteen],
+        let groups: &[PathReuse] = match is_nightly() {
+            true => &[PathReuse::Sixteen, PathReuse::Four],
+            false => &[PathReuse::Sixteen],
         };
         for &reuse in groups {
             let with = with_reuse(&scene, reuse, 256);
@@ -116,7 +118,7 @@ fn path_reuse_agrees_with_path_in_partly_shareable_blocks() {
 
 #[test]
 fn path_reuse_agrees_with_path_with_shading_normals() {
-    compare("stones", &stones(), Reuse::Sixteen, 0.02, None);
+    compare("stones", &stones(), PathReuse::Sixteen, 0.02, None);
 }
 
 /// Lenses, instances, textures, normal maps and one-sided surfaces.
@@ -131,7 +133,7 @@ fn path_reuse_agrees_with_path_in_generated_scenes() {
         compare(
             &format!("scene {index}"),
             &scene,
-            Reuse::Sixteen,
+            PathReuse::Sixteen,
             0.2,
             Some(6),
         );
@@ -158,7 +160,7 @@ fn path_reuse_agrees_with_path_with_crops_lenses_and_filters() {
             filter_sampling,
             ..settings
         };
-        let with = crop(with_reuse(&scene, Reuse::Sixteen, 64));
+        let with = crop(with_reuse(&scene, PathReuse::Sixteen, 64));
         let without = crop(settings(&scene, IntegratorKind::Path, 128));
         compare_settings("crop", &scene, [with, without], 0.04);
     }
@@ -171,7 +173,7 @@ fn path_reuse_is_finite_and_agrees_with_path_in_a_narrow_wedge() {
     let mut scene = room(LAMP);
     let lid = rectangle([-1.0, 0.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2e-3, 2.0]);
     scene.shapes.push(surface(lid, 0.0));
-    let with = with_reuse(&scene, Reuse::Sixteen, 64);
+    let with = with_reuse(&scene, PathReuse::Sixteen, 64);
     let rendered = film(&ready(&scene, Backend::ALL[0]), &scene, &with);
     let pixels = rendered.develop();
     let is_finite = |value: f32| value.is_finite() && value >= 0.0;
@@ -181,11 +183,11 @@ fn path_reuse_is_finite_and_agrees_with_path_in_a_narrow_wedge() {
             .iter()
             .all(|p| p.to_array().into_iter().all(is_finite))
     );
-    compare("wedge", &scene, Reuse::Sixteen, 0.03, None);
+    compare("wedge", &scene, PathReuse::Sixteen, 0.03, None);
 }
 
 /// The mean variance of pixels over independent renders, relative to their means, in the indirect light of a scene.
-fn variance(scene: &SceneDescription, reuse: Reuse) -> f64 {
+fn variance(scene: &SceneDescription, reuse: PathReuse) -> f64 {
     let ready = ready(scene, Backend::ALL[0]);
     let images: Vec<_> = (0..8)
         .map(|seed| {
@@ -213,7 +215,7 @@ fn more_path_reuse_lowers_the_variance() {
     // Pixels of a group are to see neighbouring points.
     scene.film.size = (48, 48);
     let [off, four, sixteen] =
-        [Reuse::Off, Reuse::Four, Reuse::Sixteen].map(|reuse| variance(&scene, reuse));
+        [PathReuse::Off, PathReuse::Four, PathReuse::Sixteen].map(|reuse| variance(&scene, reuse));
     println!("relative variances {off:.5}, {four:.5}, {sixteen:.5}");
     assert!(
         four < 0.7 * off && sixteen < 0.7 * four,
@@ -228,7 +230,7 @@ fn path_reuse_variance_estimate_matches_that_between_renders() {
     for filter_sampling in [FilterSampling::Importance, FilterSampling::Splatting] {
         let settings = RenderSettings {
             filter_sampling,
-            ..with_reuse(&scene, Reuse::Sixteen, 16)
+            ..with_reuse(&scene, PathReuse::Sixteen, 16)
         };
         let ratio = claimed_over_true_variance(&scene, &settings);
         assert!((ratio - 1.0).abs() < 0.15, "{filter_sampling:?}: {ratio}");
@@ -292,7 +294,7 @@ fn path_reuse_stays_off_where_unsupported() {
     ] {
         let (_, rendering) = begun(name, &options);
         assert_eq!(rendering.choices().reuse, None, "{name}");
-        assert_eq!(rendering.settings().reuse(), Reuse::Off, "{name}");
+        assert_eq!(rendering.settings().reuse(), PathReuse::Off, "{name}");
     }
 }
 
@@ -305,8 +307,8 @@ fn pilot_predicts_the_error_reduction_of_path_reuse() {
         let (error, choices) = squared_error("cornell-box", options);
         (error, choices.reuse)
     };
-    let (with, choice) = error(ReuseRule::Auto);
-    let (without, _) = error(ReuseRule::Pixels(Reuse::Off));
+    let (with, choice) = error(PathReuseRule::Auto);
+    let (without, _) = error(PathReuseRule::Pixels(PathReuse::Off));
     let (foreseen, gain) = (choice.expect("a pilot").ratio, without / with);
     assert!(
         (0.7..1.4).contains(&(foreseen / gain)),
@@ -317,7 +319,7 @@ fn pilot_predicts_the_error_reduction_of_path_reuse() {
 #[test]
 fn path_reuse_images_are_bit_identical_across_threads_and_tiles() {
     let scene = glossy();
-    for reuse in [Reuse::Four, Reuse::Sixteen] {
+    for reuse in [PathReuse::Four, PathReuse::Sixteen] {
         let settings = with_reuse(&scene, reuse, 16);
         assert_threads_and_tiles_change_no_bit(&scene, &settings);
     }
@@ -329,7 +331,7 @@ fn replayed_sample_includes_light_shared_by_its_group() {
     let scene = matte();
     let ready = ready(&scene, Backend::ALL[0]);
     let filter = Filter::new(&scene.film.filter);
-    for reuse in [Reuse::Four, Reuse::Sixteen] {
+    for reuse in [PathReuse::Four, PathReuse::Sixteen] {
         let settings = with_reuse(&scene, reuse, 1);
         let image = film(&ready, &scene, &settings).develop();
         let mut others = 0;
@@ -352,11 +354,11 @@ fn settings_incompatible_with_path_reuse_are_rejected() {
     let scene = matte();
     let options = |change: &dyn Fn(&mut RenderOptions)| {
         let mut options = RenderOptions::samples(64);
-        options.reuse = Some(ReuseRule::Pixels(Reuse::Sixteen));
+        options.reuse = Some(PathReuseRule::Pixels(PathReuse::Sixteen));
         change(&mut options);
         options.settings(&scene)
     };
-    assert!(options(&|_| {}).is_ok_and(|it| it.reuse() == Reuse::Sixteen));
+    assert!(options(&|_| {}).is_ok_and(|it| it.reuse() == PathReuse::Sixteen));
     for wrong in [
         options(&|it| it.adaptive = Some(Adaptive::TwoPhase)),
         options(&|it| it.integrator = Some(IntegratorKind::Bidirectional)),
@@ -369,7 +371,7 @@ fn settings_incompatible_with_path_reuse_are_rejected() {
     let mut moving = matte();
     moving.camera.shutter = [0.0, 1.0];
     moving.shapes[3].motion = slide(DVec3::ZERO, DVec3::new(0.2, 0.3, 0.4));
-    let settings = with_reuse(&moving, Reuse::Sixteen, 1);
+    let settings = with_reuse(&moving, PathReuse::Sixteen, 1);
     let scene = ready(&moving, Backend::ALL[0]);
     let error = check(&scene, &settings).expect_err("motion does not fit");
     assert!(error.to_string().contains("motion"), "{error}");

@@ -40,7 +40,7 @@ fn russian_roulette_is_unbiased_on_a_glossy_highlight() {
     let scene = highlight();
     let with = |roulette| see(&scene, Backend::ALL[0], 1 << 13, Some(1), roulette);
     let never = with(Roulette::None);
-    let window = Roulette::Window(WeightWindow::one_part_in(4).expect("it is at most 64"));
+    let window = Roulette::Window(WeightWindow::reciprocal_of(4).expect("it is at most 64"));
     for roulette in [Roulette::Albedo, Roulette::Throughput, window] {
         let seen = with(roulette);
         let [a, b] = [never, seen].map(|m| m.standard_error().expect("32 pixels"));
@@ -66,7 +66,7 @@ fn weight_window_is_smaller_in_open_scenes() {
                 let rendering = session.start(options).expect("valid options");
                 rendering.settings().roulette()
             };
-            let window = WeightWindow::one_part_in(parts).map(Roulette::Window);
+            let window = WeightWindow::reciprocal_of(parts).map(Roulette::Window);
             assert_eq!(Some(chosen(&options)), window, "{name}");
             options.roulette = Some(Roulette::Albedo);
             assert_eq!(chosen(&options), Roulette::Albedo, "{name}");

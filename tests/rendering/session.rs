@@ -9,14 +9,14 @@ use etendue::internals::image::Image;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::integrator::light_paths::LightPathShare;
-use etendue::internals::integrator::reuse::Reuse;
+use etendue::internals::integrator::reuse::PathReuse;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{
-    Adaptive, Budget, LightPathRule, RenderSettings, ReuseRule,
+    Adaptive, Budget, LightPathRule, PathReuseRule, RenderSettings,
 };
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::{
     CameraDescription, FilmDescription, GeometryDescription, InstanceDescription, LightDescription,
     MaterialDescription, MaterialModel, Place, SceneDescription, ShapeDescription,
@@ -41,7 +41,7 @@ fn session(description: SceneDescription, backend: Backend) -> Session {
 }
 
 fn picture(session: &Session, spp: u64) -> Image {
-    let rendering = session.render(&RenderOptions::samples(spp), &Unwatched);
+    let rendering = session.render(&RenderOptions::samples(spp), &NullRenderObserver);
     rendering.expect("valid options").image()
 }
 
@@ -115,7 +115,7 @@ fn session_render_is_identical_to_a_direct_render() {
     let scene = prepared.expect("valid").scene;
     let filter = Filter::new(&description.film.filter);
     let size = description.film.size;
-    let alone = render(&scene, &filter, size, &settings, &Unwatched).expect("valid");
+    let alone = render(&scene, &filter, size, &settings, &NullRenderObserver).expect("valid");
     assert_eq!(picture(&session, 4), alone.film.develop());
 }
 
@@ -196,7 +196,7 @@ fn rejected_changes_leave_the_session_unchanged() {
     session.set_film(film).expect_err("the film is empty");
     assert_eq!(session.work().builds + session.work().placements, 1);
     rendering
-        .continue_until(&session, Budget::samples(2), &Unwatched)
+        .continue_until(&session, Budget::samples(2), &NullRenderObserver)
         .expect("the scene has not changed");
     assert_eq!(rendering.image(), before);
 }
@@ -206,15 +206,17 @@ fn rendering_continues_until_its_scene_changes() {
     let mut here = session(movable(), Backend::ALL[0]);
     let whole = picture(&here, 6);
     let mut rendering = here
-        .render(&RenderOptions::samples(2), &Unwatched)
+        .render(&RenderOptions::samples(2), &NullRenderObserver)
         .expect("valid options");
-    rendering.add_samples(&here, 4, &Unwatched).expect("valid");
+    rendering
+        .add_samples(&here, 4, &NullRenderObserver)
+        .expect("valid");
     assert_eq!((rendering.spp(), rendering.image()), (6, whole.clone()));
     let elsewhere = session(movable(), Backend::ALL[0]);
     let camera = here.description().camera.clone();
     here.set_camera(camera).expect("valid");
     for changed in [&here, &elsewhere] {
-        let refused = rendering.add_samples(changed, 1, &Unwatched);
+        let refused = rendering.add_samples(changed, 1, &NullRenderObserver);
         let refused = refused.expect_err("the scene has changed");
         assert_eq!(refused.kind(), ErrorKind::Usage);
     }
@@ -225,10 +227,14 @@ fn rendering_continues_until_its_scene_changes() {
 fn layers_are_available_only_if_requested() {
     let session = session(load_text(SMALL), Backend::ALL[0]);
     let mut options = RenderOptions::samples(16);
-    let bare = session.render(&options, &Unwatched).expect("valid");
+    let bare = session
+        .render(&options, &NullRenderObserver)
+        .expect("valid");
     assert!(bare.error_bars().is_some() && bare.layered(&session).is_err());
     options.layers = true;
-    let layered = session.render(&options, &Unwatched).expect("valid");
+    let layered = session
+        .render(&options, &NullRenderObserver)
+        .expect("valid");
     let errors = layered
         .error_bars()
         .expect("sixteen samples")
@@ -358,7 +364,7 @@ fn radiance_queries_ignore_options_for_images() {
     let plain = seen(&|_| {});
     for others in [
         seen(&|it| it.adaptive = Some(Adaptive::Greedy)),
-        seen(&|it| it.reuse = Some(ReuseRule::Pixels(Reuse::Four))),
+        seen(&|it| it.reuse = Some(PathReuseRule::Pixels(PathReuse::Four))),
         seen(&|it| {
             it.light_paths = Some(LightPathRule::Share(LightPathShare::One));
             it.adaptive = Some(Adaptive::TwoPhase);

@@ -7,7 +7,7 @@ use etendue::internals::image::LayeredImage;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{Adaptive, Budget, SamplerKind};
-use etendue::internals::render::{Progress, RenderObserver, Unwatched};
+use etendue::internals::render::{NullRenderObserver, Progress, RenderObserver};
 use etendue::internals::session::layers::with_film;
 use etendue::internals::session::{Rendering, Session, tracing};
 use etendue::internals::state::{FORMAT, Merge, Shard, State, with_checksum};
@@ -54,7 +54,7 @@ fn shard(session: &Session, options: &RenderOptions, shard: Shard, file: &Path) 
     rendering.restrict(shard).expect("it can be divided");
     let until = rendering.budget();
     rendering
-        .continue_until(session, until, &Unwatched)
+        .continue_until(session, until, &NullRenderObserver)
         .expect("it renders");
     rendering.save(session, file).expect("it is written");
 }
@@ -122,7 +122,7 @@ fn merged_shards_are_bit_identical_to_one_render() {
         let mut options = options(integrator, spp);
         options.sampler = Some(sampler);
         options.max_bounces = Some(6);
-        let whole = session(SMALL, 2).render(&options, &Unwatched);
+        let whole = session(SMALL, 2).render(&options, &NullRenderObserver);
         let whole = whole.expect("valid options");
         for (of, threads) in [(2, 1), (7, 2), (64, 1)] {
             if of > spp / 4 {
@@ -146,7 +146,9 @@ fn merged_layers_and_error_bars_equal_those_of_one_render() {
     let mut options = options(IntegratorKind::Path, 62);
     options.layers = true;
     let session = session(SMALL, 2);
-    let whole = session.render(&options, &Unwatched).expect("valid options");
+    let whole = session
+        .render(&options, &NullRenderObserver)
+        .expect("valid options");
     let files = shards(&session, &options, 5, &folder);
     let state = merged(&files);
     assert_same(&state, &whole, "with layers");
@@ -166,7 +168,9 @@ fn partial_merges_merge_to_the_full_render() {
     let folder = folder();
     let options = options(IntegratorKind::Bidirectional, 32);
     let session = session(SMALL, 2);
-    let whole = session.render(&options, &Unwatched).expect("valid options");
+    let whole = session
+        .render(&options, &NullRenderObserver)
+        .expect("valid options");
     let files = shards(&session, &options, 8, &folder);
     let halves = [[0, 3, 5, 6], [1, 2, 4, 7]].map(|indices| {
         let files: Vec<PathBuf> = indices.iter().map(|&i| files[i].clone()).collect();
@@ -176,7 +180,7 @@ fn partial_merges_merge_to_the_full_render() {
     });
     assert_same(&merged(&halves), &whole, "merged twice");
     let refused = State::read(&halves[0]).expect("whole");
-    let refused = session.resume(&options, refused, &Unwatched).err();
+    let refused = session.resume(&options, refused, &NullRenderObserver).err();
     assert!(
         refused
             .expect("it has gaps")
@@ -205,7 +209,7 @@ fn resuming_a_state_file_equals_an_uninterrupted_render() {
     let file = folder.path().join("state.etd");
     for integrator in [IntegratorKind::Path, IntegratorKind::Bidirectional] {
         let options = options(integrator, 20);
-        let whole = session(SMALL, 2).render(&options, &Unwatched);
+        let whole = session(SMALL, 2).render(&options, &NullRenderObserver);
         let whole = whole.expect("valid options");
         for tiles in [1, 5, 9] {
             let begun = session(SMALL, 1);
@@ -220,10 +224,10 @@ fn resuming_a_state_file_equals_an_uninterrupted_render() {
             let other = session(SMALL, 2);
             let state = State::read(&file).expect("it is whole");
             let mut rendering = other
-                .resume(&options, state, &Unwatched)
+                .resume(&options, state, &NullRenderObserver)
                 .expect("its state");
             rendering
-                .continue_until(&other, until, &Unwatched)
+                .continue_until(&other, until, &NullRenderObserver)
                 .expect("it renders");
             assert!(rendering.image() == whole.image(), "{integrator:?} {tiles}");
             assert_eq!(rendering.rendered().rays, whole.rendered().rays);
@@ -250,7 +254,7 @@ fn interrupted_render_without_known_samples_saves_no_layers() {
     let state = State::read(&file).expect("it is whole");
     assert!(state.header.wants_layers && state.layers.is_empty());
     rendering
-        .continue_until(&session, until, &Unwatched)
+        .continue_until(&session, until, &NullRenderObserver)
         .expect("it renders");
     rendering.save(&session, &file).expect("it is written");
     let state = State::read(&file).expect("it is whole");
@@ -267,7 +271,7 @@ fn shard_is_not_resumed_to_an_error() {
     shard(&session, &options, first, &file);
     options.error = Some(0.1);
     let state = State::read(&file).expect("it is whole");
-    let refused = session.resume(&options, state, &Unwatched);
+    let refused = session.resume(&options, state, &NullRenderObserver);
     let refused = refused.expect_err("a shard has a known number of samples");
     assert_eq!(refused.kind(), ErrorKind::Usage);
     assert!(refused.to_string().contains("--error"), "{refused}");
@@ -281,21 +285,23 @@ fn state_resumes_to_more_samples_and_to_an_error_target() {
     let resumed = |options: &RenderOptions| {
         let state = State::read(&file).expect("it is whole");
         let mut rendering = session
-            .resume(options, state, &Unwatched)
+            .resume(options, state, &NullRenderObserver)
             .expect("its state");
         let until = rendering.budget();
         rendering
-            .continue_until(&session, until, &Unwatched)
+            .continue_until(&session, until, &NullRenderObserver)
             .expect("it renders");
         rendering
     };
     for integrator in [IntegratorKind::Path, IntegratorKind::Metropolis] {
-        let few = session.render(&options(integrator, 32), &Unwatched);
+        let few = session.render(&options(integrator, 32), &NullRenderObserver);
         few.expect("valid")
             .save(&session, &file)
             .expect("it is written");
         let more = options(integrator, 80);
-        let whole = session.render(&more, &Unwatched).expect("valid options");
+        let whole = session
+            .render(&more, &NullRenderObserver)
+            .expect("valid options");
         assert!(resumed(&more).image() == whole.image(), "{integrator:?}");
     }
 
@@ -303,7 +309,7 @@ fn state_resumes_to_more_samples_and_to_an_error_target() {
     let mut to_error = RenderOptions::default();
     to_error.error = Some(0.02);
     let whole = session
-        .render(&to_error, &Unwatched)
+        .render(&to_error, &NullRenderObserver)
         .expect("valid options");
     let checkpoints = Checkpoints(std::sync::Mutex::default());
     let mut again = session.start(&to_error).expect("valid options");
@@ -390,7 +396,7 @@ fn merging_mismatched_shards_is_rejected_naming_both_files() {
 
     // Whether named as such or not, roulette by this window is what `path` plays here.
     other = base.clone();
-    other.roulette = etendue::WeightWindow::one_part_in(4).map(etendue::Roulette::Window);
+    other.roulette = etendue::WeightWindow::reciprocal_of(4).map(etendue::Roulette::Window);
     shard(&session(SMALL, 1), &other, second, &file("b.etd"));
     assert_eq!(merged(&[file("a.etd"), file("b.etd")]).header.samples(), 8);
     let doubled = Merge::of(&[file("a.etd"), file("b.etd"), file("a.etd")]);
@@ -411,7 +417,7 @@ fn merging_two_ragged_ranges_is_rejected_and_one_is_exact() {
         let shard = Shard::Samples { first, end };
         rendering.restrict(shard).expect("it can be divided");
         rendering
-            .continue_until(&session, Budget::samples(spp), &Unwatched)
+            .continue_until(&session, Budget::samples(spp), &NullRenderObserver)
             .expect("it renders");
         rendering.save(&session, &file).expect("it is written");
         file
@@ -424,7 +430,10 @@ fn merging_two_ragged_ranges_is_rejected_and_one_is_exact() {
     }
     let whole = part([0, 16], 16);
     let state = merged(&[files[1].clone(), whole]);
-    let same = session.render(&self::options(IntegratorKind::Path, 22), &Unwatched);
+    let same = session.render(
+        &self::options(IntegratorKind::Path, 22),
+        &NullRenderObserver,
+    );
     assert_same(&state, &same.expect("valid options"), "ragged");
 }
 
@@ -436,7 +445,7 @@ fn chains_of_a_shard_may_find_no_light() {
         .replace("radiance = [0.1, 0.12, 0.15]", "radiance = [0, 0, 0]");
     let session = session(&dark, 1);
     let options = options(IntegratorKind::Metropolis, 8);
-    let whole = session.render(&options, &Unwatched);
+    let whole = session.render(&options, &NullRenderObserver);
     let message = whole.expect_err("there is no light").to_string();
     assert!(message.contains("found any light"), "{message}");
     let state = merged(&shards(&session, &options, 2, &folder));
@@ -463,7 +472,7 @@ fn unshardable_renders_are_rejected() {
     to_error.error = Some(0.1);
     assert!(refused(&to_error).to_string().contains("--spp"));
     let mut begun = session
-        .render(&RenderOptions::samples(4), &Unwatched)
+        .render(&RenderOptions::samples(4), &NullRenderObserver)
         .expect("valid");
     assert!(begun.restrict(Shard::Samples { first: 0, end: 4 }).is_err());
     assert_eq!(begun.budget(), Budget::samples(4));
@@ -476,7 +485,9 @@ fn small_file() -> Vec<u8> {
     let session = session(&SMALL.replace("size = [24, 16]", "size = [5, 3]"), 1);
     let mut options = options(IntegratorKind::Bidirectional, 8);
     options.layers = true;
-    let rendering = session.render(&options, &Unwatched).expect("valid options");
+    let rendering = session
+        .render(&options, &NullRenderObserver)
+        .expect("valid options");
     rendering.save(&session, &file).expect("it is written");
     fs::read(&file).expect("it is there")
 }

@@ -7,7 +7,7 @@ use etendue::internals::accel::Backend;
 use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::film::{Film, Window};
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::Unwatched;
+use etendue::internals::render::NullRenderObserver;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::session::{Session, tracing};
 use etendue::internals::state::{Header, Merge, Pilot, State};
@@ -40,7 +40,7 @@ impl Stage {
     /// The state of a render with these options.
     fn state(&self, options: &RenderOptions) -> State {
         let file = self.file("it.etd");
-        let rendering = self.session.render(options, &Unwatched);
+        let rendering = self.session.render(options, &NullRenderObserver);
         let rendering = rendering.expect("valid options");
         rendering.save(&self.session, &file).expect("it is written");
         State::read(&file).expect("it is whole")
@@ -188,7 +188,7 @@ fn state_with_other_sums_than_the_render_is_not_resumed() {
     assert_ne!(state.film.reach(), own.film.reach());
     state.header.identity = own.header.identity;
     options.filter_sampling = Some(FilterSampling::Importance);
-    let resumed = stage.session.resume(&options, state, &Unwatched);
+    let resumed = stage.session.resume(&options, state, &NullRenderObserver);
     let error = resumed.expect_err("it has other sums");
     assert!(error.to_string().contains("other sums"), "{error}");
 }

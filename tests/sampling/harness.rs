@@ -116,7 +116,7 @@ fn chi_square_test_rejects_wrong_pdfs() {
         if w.z <= 0.0 {
             return 0.0;
         }
-        share * ggx.pdf_mirrored(wo, (wo + w).normalize())
+        share * ggx.pdf_reflection(wo, (wo + w).normalize())
             + (1.0 - share) * pdf_hemisphere_cosine(w.z)
     };
     assert!(p_value(5, mixture, |w| mixture_pdf(w, 0.55)) > 1e-3);

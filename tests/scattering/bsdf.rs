@@ -284,7 +284,7 @@ fn cosine_hemisphere_lanes_are_bit_identical_to_scalar_code() {
         sample_hemisphere_cosine_lanes(&u, &mut together);
         for lane in 0..LANES {
             let of_lane = Vec2::from(u.map(|u: [f32; LANES]| u[lane]));
-            let alone = BsdfSampleInput::new(0.0, of_lane).by_cosine;
+            let alone = BsdfSampleInput::new(0.0, of_lane).cosine_direction;
             assert_eq!(load::<Vec3>(&together, lane), alone, "lane {lane} of {u:?}");
         }
     }

@@ -68,7 +68,7 @@ fn compare(conductors: f32) {
         let bsdfs: [Bsdf; LANES] = std::array::from_fn(|_| bsdf(&mut rng, conductors));
         lanes.clear();
         let (mut wo, mut wi) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-        let (mut numbers, mut by_cosine) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        let (mut numbers, mut cosine_direction) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
         let inputs: [BsdfSampleInput; LANES] = std::array::from_fn(|lane| {
             let (rough, place) = rough(&bsdfs[lane]);
             lanes.set(lane, &rough, place);
@@ -77,7 +77,7 @@ fn compare(conductors: f32) {
             let u = [rng.uniform(), rng.uniform(), rng.uniform()];
             store(&mut numbers, lane, u);
             let input = BsdfSampleInput::new(u[2], Vec2::new(u[0], u[1]));
-            store(&mut by_cosine, lane, input.by_cosine);
+            store(&mut cosine_direction, lane, input.cosine_direction);
             input
         });
         let (mut f, mut pdf) = ([[0.0; LANES]; 3], [0.0; LANES]);
@@ -86,7 +86,7 @@ fn compare(conductors: f32) {
         lanes.eval(&wi, &mut f, &mut pdf);
         let all = ActiveLanes::first(LANES);
         let of_multiple = |lane: usize, u: Vec2| rough(&bsdfs[lane]).0.sample_multiple(u);
-        lanes.sample(&all, &numbers, &by_cosine, of_multiple, &mut sampled);
+        lanes.sample(&all, &numbers, &cosine_direction, of_multiple, &mut sampled);
         let (mut f_sampled, mut pdf_sampled) = ([[0.0; LANES]; 3], [0.0; LANES]);
         let upper = sampled.wi[2];
         for lane in 0..LANES {

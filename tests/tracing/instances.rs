@@ -19,8 +19,8 @@ use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec3, Vec2};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::{
-    ColourDescription, GeometryDescription, InstanceDescription, Key, LightDescription, LightModel,
-    MaterialDescription, Place, SceneDescription,
+    ColourDescription, GeometryDescription, InstanceDescription, Keyframe, LightDescription,
+    LightModel, MaterialDescription, Place, SceneDescription,
 };
 use etendue::internals::scene::prepare::prepare;
 use std::f64::consts::PI;
@@ -322,7 +322,7 @@ fn checker(low: f32, high: f32) -> ColourDescription {
 }
 
 /// A rectangle in a group, seen at (u, v), and whether the checker has its low value there.
-fn seen_field(m: &DAffine3, [u, v]: [f64; 2], motion: Vec<Key>) -> (SceneDescription, bool) {
+fn seen_field(m: &DAffine3, [u, v]: [f64; 2], motion: Vec<Keyframe>) -> (SceneDescription, bool) {
     let target = m.transform_point3(DVec3::new(u, v, 0.0));
     let normal = (m.matrix3.inverse().transpose() * DVec3::Z).normalize();
     let mut scene = looking(target + 0.4 * normal, target, diffuse(0.0));

@@ -8,7 +8,7 @@ use super::{choice, or_default};
 use crate::memory::{Plain, Versioned, read_list};
 use crate::status::Failure;
 use renderer::description::{
-    CameraDescription, FilmDescription, FilterDescription, FilterKind, Key,
+    CameraDescription, FilmDescription, FilterDescription, FilterKind, Keyframe,
 };
 use renderer::vec::DVec3;
 use std::mem::offset_of;
@@ -140,10 +140,10 @@ impl EtdCamera {
     }
 }
 
-fn place_at(key: &EtdCameraKey) -> Result<Key, Failure> {
+fn place_at(key: &EtdCameraKey) -> Result<Keyframe, Failure> {
     // The field of view does not matter: only the transform is used.
     let placed = look_at([key.eye, key.target, key.up], 1.0)?;
-    Ok(Key {
+    Ok(Keyframe {
         time: key.time,
         transform: placed.to_world,
     })

@@ -8,7 +8,7 @@ use super::choice;
 use crate::memory::{Plain, Versioned, read_list, room};
 use crate::status::Failure;
 use renderer::description::MeshDescription;
-use renderer::of_mesh;
+use renderer::mesh_build_memory;
 use renderer::vec::{DVec2, DVec3};
 use std::ffi::c_void;
 
@@ -69,7 +69,7 @@ impl EtdMesh {
             ));
         }
         // Includes the memory to build the mesh later.
-        renderer::memory::check(of_mesh(count, self.triangle_count), || {
+        renderer::memory::check(mesh_build_memory(count, self.triangle_count), || {
             format!(
                 "a mesh of {count} vertices and {} triangles",
                 self.triangle_count

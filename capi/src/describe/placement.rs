@@ -8,7 +8,7 @@ use super::image::{EtdImage, texture_or};
 use crate::memory::{Plain, Versioned, read_list, text};
 use crate::status::Failure;
 use renderer::description::{
-    GeometryDescription, InstanceDescription, Key, Place, ShapeDescription,
+    GeometryDescription, InstanceDescription, Keyframe, Place, ShapeDescription,
 };
 use renderer::vec::{DAffine3, DMat3, DVec3};
 use std::ffi::c_char;
@@ -170,10 +170,14 @@ pub unsafe fn transform(rows: *const f64) -> Result<DAffine3, Failure> {
 
 /// # Safety
 /// The pointer is null, or all keyframes may be read.
-unsafe fn motion(keys: *const EtdKey, count: usize, stride: usize) -> Result<Vec<Key>, Failure> {
+unsafe fn motion(
+    keys: *const EtdKey,
+    count: usize,
+    stride: usize,
+) -> Result<Vec<Keyframe>, Failure> {
     // SAFETY: the caller's promise.
     let keys: Vec<EtdKey> = unsafe { read_list(keys.cast(), count, stride, "motion") }?;
-    let place_at = |key: &EtdKey| Key {
+    let place_at = |key: &EtdKey| Keyframe {
         time: key.time,
         transform: affine(&key.transform),
     };

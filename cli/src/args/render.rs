@@ -19,7 +19,7 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::light::types::LightChoice;
 use etendue::internals::post::denoise::Denoiser;
 use etendue::internals::render::settings::SamplerKind;
-use etendue::internals::render::settings::{Adaptive, LightPathRule, ReuseRule};
+use etendue::internals::render::settings::{Adaptive, LightPathRule, PathReuseRule};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -129,8 +129,8 @@ pub struct RenderArguments {
     /// Indirect light that one path finds is taken by a group of 4 or 16 pixels, where matte surfaces see each other. The
     /// noise of these pixels is not independent. off: none. auto: the number with the least error in a pilot, if that pays;
     /// off with layers, adaptive sampling, light paths and --roulette none. With a number, --light-paths auto has none.
-    #[arg(long, value_parser = named(ReuseRule::ALL, ReuseRule::name))]
-    pub reuse: Option<ReuseRule>,
+    #[arg(long, value_parser = named(PathReuseRule::ALL, PathReuseRule::name))]
+    pub reuse: Option<PathReuseRule>,
     /// Selection of the light that is sampled, where there are several. Affects noise and time, not the mean. Default:
     /// contribution, but power for light-or-rest, nee and direct-area.
     ///

@@ -11,7 +11,7 @@ use clap::Args;
 use etendue::internals::accel::{Backend, Precision};
 use etendue::internals::effects::Kernel;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::settings::{LightPathRule, ReuseRule, SamplerKind};
+use etendue::internals::render::settings::{LightPathRule, PathReuseRule, SamplerKind};
 use etendue::internals::scene::load::unknown_name;
 use etendue_lab::study::variant::Choice;
 use std::path::PathBuf;
@@ -98,7 +98,7 @@ fn choice(setting: &str, value: &str) -> Result<Choice, String> {
         "light-paths" => {
             named(value, LightPathRule::ALL, LightPathRule::name).map(Choice::LightPaths)
         }
-        "reuse" => named(value, ReuseRule::ALL, ReuseRule::name).map(Choice::Reuse),
+        "reuse" => named(value, PathReuseRule::ALL, PathReuseRule::name).map(Choice::Reuse),
         "kernel" => named(value, Kernel::ALL, Kernel::name).map(Choice::Kernel),
         "max-bounces" if value == "none" => Ok(Choice::MaxBounces(None)),
         "max-bounces" => match value.parse() {
@@ -120,7 +120,7 @@ fn named<T: Copy>(value: &str, all: &[T], name: impl Fn(T) -> &'static str) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use etendue::internals::integrator::reuse::Reuse;
+    use etendue::internals::integrator::reuse::PathReuse;
 
     #[test]
     fn varied_settings_are_parsed() {
@@ -128,8 +128,8 @@ mod tests {
         let expected = [IntegratorKind::Path, IntegratorKind::NextEvent];
         assert_eq!(read.0, expected.map(Choice::Integrator));
         let read = parse_varied("reuse=auto,off").expect("two rules");
-        let off = ReuseRule::Pixels(Reuse::Off);
-        assert_eq!(read.0, [ReuseRule::Auto, off].map(Choice::Reuse));
+        let off = PathReuseRule::Pixels(PathReuse::Off);
+        assert_eq!(read.0, [PathReuseRule::Auto, off].map(Choice::Reuse));
         let read = parse_varied("max-bounces=1,none").expect("two limits");
         assert_eq!(
             read.0,

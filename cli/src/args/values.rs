@@ -6,9 +6,9 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use etendue::internals::accel::{Backend, Precision, Quality};
-use etendue::internals::film::filter::{FilterDescription, FilterKind, MOST_RADIUS};
+use etendue::internals::film::filter::{FilterDescription, FilterKind, MAX_RADIUS};
 use etendue::internals::integrator::Roulette;
-use etendue::internals::integrator::roulette::NoRoulette;
+use etendue::internals::integrator::roulette::ParseRouletteError;
 use etendue::internals::scene::load::unknown_name;
 use etendue::internals::state::Shard;
 
@@ -47,7 +47,7 @@ pub fn named<T: Copy + Send + Sync + 'static>(
 }
 
 /// Parses a rule of Russian roulette.
-pub fn parse_roulette(text: &str) -> Result<Roulette, NoRoulette> {
+pub fn parse_roulette(text: &str) -> Result<Roulette, ParseRouletteError> {
     text.parse()
 }
 
@@ -66,9 +66,9 @@ pub fn parse_filter(text: &str) -> Result<FilterDescription, String> {
         Some(radius) => radius
             .parse()
             .ok()
-            .filter(|&radius: &f64| radius > 0.0 && radius <= MOST_RADIUS)
+            .filter(|&radius: &f64| radius > 0.0 && radius <= MAX_RADIUS)
             .ok_or_else(|| {
-                format!("expected a radius above 0, up to {MOST_RADIUS} pixels, such as {name}:2")
+                format!("expected a radius above 0, up to {MAX_RADIUS} pixels, such as {name}:2")
             })?,
     };
     Ok(FilterDescription { kind, radius })

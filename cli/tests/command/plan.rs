@@ -10,7 +10,7 @@ use etendue::internals::image::{Image, WriteOptions, write};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DMat3, DVec3};
 use etendue::internals::plan::{Plan, without};
-use etendue::internals::render::Unwatched;
+use etendue::internals::render::NullRenderObserver;
 use etendue::internals::scene::description::{
     ColourDescription, LightDescription, LightModel, SceneDescription,
 };
@@ -247,7 +247,7 @@ fn effect_energy_share_matches_closed_form() {
         rounds: 4,
     };
     let plan = plan_of(&scene);
-    let costs = effect_costs(&scene, &plan, &settings, &Unwatched, |_| {});
+    let costs = effect_costs(&scene, &plan, &settings, &NullRenderObserver, |_| {});
     let costs = costs.expect("valid settings").expect("not cancelled");
     let energy = |effect| {
         let cost = costs.effects.iter().find(|cost| cost.effect == effect);

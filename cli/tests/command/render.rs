@@ -550,6 +550,6 @@ fn help_states_the_ratio_from_which_light_paths_pay() {
     let folder = small();
     let help = succeed(&folder, "render --help").stdout;
     let help: Vec<&str> = help.split_whitespace().collect();
-    let ratio = format!("more than {} times", LightPathChoice::LEAST_RATIO);
+    let ratio = format!("more than {} times", LightPathChoice::MIN_RATIO);
     assert!(help.join(" ").contains(&ratio), "no `{ratio}`");
 }

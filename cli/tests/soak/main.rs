@@ -22,7 +22,7 @@ use etendue::internals::film::Film;
 use etendue::internals::film::filter::Filter;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::render::settings::RenderSettings;
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::SceneDescription;
 use std::time::{Duration, Instant};
 
@@ -32,7 +32,7 @@ const SPP: u64 = 64;
 const ROUNDS_BETWEEN_KILLS: u64 = 10;
 /// Largest allowed growth of resident memory in bytes between the first third and the last: allocators keep some of
 /// the freed memory.
-const MOST_GAINED: u64 = 32 << 20;
+const MAX_GAINED: u64 = 32 << 20;
 
 fn main() {
     let variable = |name| std::env::var(name).ok().and_then(|text| text.parse().ok());
@@ -94,7 +94,8 @@ fn picture(index: u64, description: &SceneDescription, backend: Backend) -> Film
         threads: 1 + index as usize % 3,
         ..RenderSettings::new(size, SPP)
     };
-    let rendered = render(&scene, &filter, size, &settings, &Unwatched).expect("valid settings");
+    let rendered =
+        render(&scene, &filter, size, &settings, &NullRenderObserver).expect("valid settings");
     let rejected = rendered.rejected;
     assert_eq!(
         rejected.count,
@@ -144,7 +145,7 @@ impl Memory {
     fn judge(&self) {
         let [first, _, last] = self.0;
         assert!(
-            first == 0 || last <= first + MOST_GAINED,
+            first == 0 || last <= first + MAX_GAINED,
             "memory grows: {self}"
         );
     }

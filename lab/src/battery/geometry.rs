@@ -25,7 +25,7 @@ use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::robust::offset_point;
 use etendue::internals::math::vec::{DAffine3, DVec3, Vec2, Vec3};
 use etendue::internals::sampling::warp::sample_triangle_uniform;
-use etendue::internals::scene::description::{GeometryDescription, Key, SceneDescription};
+use etendue::internals::scene::description::{GeometryDescription, Keyframe, SceneDescription};
 use std::sync::Arc;
 
 /// Squares along an edge of the cube that closed meshes are made from.
@@ -191,7 +191,9 @@ fn moving_edges() -> Vec<Case> {
         scene.camera.shutter = [0.0, 1.0];
         let at = |x: f64| DAffine3::from_translation(x * DVec3::X);
         let keys = [(0.0, at(-share)), (1.0, at(1.0 - share))];
-        scene.shapes[0].motion = keys.map(|(time, transform)| Key { time, transform }).into();
+        scene.shapes[0].motion = keys
+            .map(|(time, transform)| Keyframe { time, transform })
+            .into();
         let name = format!("wall at unit speed, there for {share} of the shutter");
         Case::seen(
             44,

@@ -19,7 +19,7 @@ use etendue::internals::light::Light;
 use etendue::internals::light::environment::EnvironmentMap;
 use etendue::internals::light::sphere::SphereLight;
 use etendue::internals::light::triangle::TriangleLight;
-use etendue::internals::light::types::{Emission, LightSampling, MapRule};
+use etendue::internals::light::types::{Emission, EnvironmentSampling, LightSampling};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DMat3, DVec3, Vec2, Vec3};
 use etendue::internals::scene::description::{
@@ -339,10 +339,11 @@ fn integrals(trial: &Trial<'_>, map: &EnvironmentMap) -> Vec<f64> {
         let mut random = Random::new(trial.seed, replicate);
         let one = |_| {
             let u = Vec2::new(random.uniform(), random.uniform());
-            map.sample(u, MapRule::Radiance).map_or(0.0, |s| {
-                let pdf = s.pdf.map_or(f64::NAN, |pdf| f64::from(pdf.0));
-                f64::from(s.radiance.luminance()) / pdf
-            })
+            map.sample(u, EnvironmentSampling::Radiance)
+                .map_or(0.0, |s| {
+                    let pdf = s.pdf.map_or(f64::NAN, |pdf| f64::from(pdf.0));
+                    f64::from(s.radiance.luminance()) / pdf
+                })
         };
         (0..samples).map(one).sum::<f64>() / samples as f64
     };

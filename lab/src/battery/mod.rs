@@ -27,7 +27,7 @@ mod transport;
 mod trial;
 
 use case::{Case, Effort};
-pub use run::{BatteryObserver, BatterySettings, Unattended, run};
+pub use run::{BatteryObserver, BatterySettings, NullBatteryObserver, run};
 
 /// A group of cases about one subject.
 pub struct Subject {

@@ -15,7 +15,7 @@ use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::render::render;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::description::{
-    ColourDescription, GeometryDescription, Key, LightModel, MeshDescription, SceneDescription,
+    ColourDescription, GeometryDescription, Keyframe, LightModel, MeshDescription, SceneDescription,
 };
 use std::sync::Arc;
 
@@ -142,7 +142,7 @@ fn brighten(scene: &mut SceneDescription, exponent: i32) -> f32 {
 }
 
 fn stand_still(scene: &mut SceneDescription, one: i32) -> f32 {
-    let key = |time: f64| Key {
+    let key = |time: f64| Keyframe {
         time,
         transform: DAffine3::IDENTITY,
     };

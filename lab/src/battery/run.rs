@@ -61,9 +61,9 @@ pub trait BatteryObserver: Sync {
 
 /// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Unattended;
+pub struct NullBatteryObserver;
 
-impl BatteryObserver for Unattended {}
+impl BatteryObserver for NullBatteryObserver {}
 
 /// Measures all cases.
 ///

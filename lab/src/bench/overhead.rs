@@ -63,7 +63,7 @@ impl Floor {
 }
 
 /// The minimum number of samples per pixel of a render on one thread.
-const LEAST_SPP: u64 = 64;
+const MIN_SPP: u64 = 64;
 
 /// The measured times of renders.
 #[derive(Debug, Clone, Copy)]
@@ -91,7 +91,7 @@ pub fn render_times(
         return Ok(None);
     };
     // The render on one thread has 1 / `threads` of these samples.
-    let least = LEAST_SPP * threads as u64;
+    let least = MIN_SPP * threads as u64;
     let samples = seconds * 1e9 * threads as f64 / first;
     let (scene, size) = subject.scene.reduced(subject.size, samples / least as f64);
     let settings = RenderSettings {

@@ -204,7 +204,7 @@ impl PathObserver for Stopwatch {
         self.end(Part::Scattering);
     }
 
-    fn filmed(&mut self, _value: Rgb) {
+    fn sample_added(&mut self, _value: Rgb) {
         self.end(Part::Film);
         self.samples += 1;
     }

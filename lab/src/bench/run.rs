@@ -25,8 +25,8 @@ use etendue::internals::accel::Accel;
 use etendue::internals::film::filter::{Filter, FilterSampling};
 use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::integrator::observer::RayKind;
-use etendue::internals::integrator::reuse::Reuse;
-use etendue::internals::render::settings::{LightPathRule, RenderSettings, ReuseRule};
+use etendue::internals::integrator::reuse::PathReuse;
+use etendue::internals::render::settings::{LightPathRule, PathReuseRule, RenderSettings};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::prepare::prepare;
@@ -85,7 +85,7 @@ fn observed_settings(description: &SceneDescription) -> Result<RenderSettings> {
         filter_sampling: FilterSampling::Importance,
         has_window_pilot: false,
         light_paths: LightPathRule::Share(LightPathShare::None),
-        reuse: ReuseRule::Pixels(Reuse::Off),
+        reuse: PathReuseRule::Pixels(PathReuse::Off),
         ..RenderSettings::of_scene(description)?.by_name()
     })
 }

@@ -108,6 +108,6 @@ pub trait BenchObserver: Sync {
 
 /// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Unattended;
+pub struct NullStudyObserver;
 
-impl BenchObserver for Unattended {}
+impl BenchObserver for NullStudyObserver {}

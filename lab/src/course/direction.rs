@@ -9,7 +9,7 @@
 //!
 //! [`warp`]: etendue::internals::sampling::warp
 
-use super::rejection::{Accepted, MOST_TRIALS, sample_until};
+use super::rejection::{Accepted, MAX_TRIALS, sample_until};
 use etendue::internals::math::trig::sin_cos_turns;
 use etendue::internals::math::vec::{Vec2, Vec3};
 use etendue::internals::sampling::warp::{
@@ -24,9 +24,9 @@ pub const BALL_IN_CUBE: f64 = std::f64::consts::FRAC_PI_6;
 pub const PDF_HEMISPHERE_UNIFORM: f32 = 0.5 * FRAC_1_PI;
 
 /// A uniform direction: that of the first random point of the cube that lies in the ball. `None` if all of
-/// [`MOST_TRIALS`] points lie outside, which happens with a broken generator only.
+/// [`MAX_TRIALS`] points lie outside, which happens with a broken generator only.
 pub fn sample_sphere_by_rejection(uniform: &mut impl FnMut() -> f32) -> Option<Accepted<Vec3>> {
-    sample_until(MOST_TRIALS, || {
+    sample_until(MAX_TRIALS, || {
         let p = 2.0 * Vec3::new(uniform(), uniform(), uniform()) - Vec3::ONE;
         let length2 = p.length_squared();
         // The centre, and points whose squared length underflows, have no direction.

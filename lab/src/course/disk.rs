@@ -8,7 +8,7 @@
 //!
 //! [`sample_disk_concentric`]: etendue::internals::sampling::warp::sample_disk_concentric
 
-use super::rejection::{Accepted, MOST_TRIALS, sample_until};
+use super::rejection::{Accepted, MAX_TRIALS, sample_until};
 use etendue::internals::math::trig::sin_cos_turns;
 use etendue::internals::math::vec::{Vec2, Vec3};
 use etendue::internals::sampling::warp::{invert_sphere_uniform, pdf_disk_concentric};
@@ -49,10 +49,10 @@ pub fn invert_disk_polar(p: Vec2) -> Vec2 {
     Vec2::new(p.length_squared(), turns(p))
 }
 
-/// A uniform point: the first random point of the square that lies in the disk. `None` if all of [`MOST_TRIALS`] points
+/// A uniform point: the first random point of the square that lies in the disk. `None` if all of [`MAX_TRIALS`] points
 /// lie outside, which happens with a broken generator only.
 pub fn sample_disk_by_rejection(uniform: &mut impl FnMut() -> f32) -> Option<Accepted<Vec2>> {
-    sample_until(MOST_TRIALS, || {
+    sample_until(MAX_TRIALS, || {
         let p = 2.0 * Vec2::new(uniform(), uniform()) - Vec2::ONE;
         (p.length_squared() <= 1.0).then_some(p)
     })

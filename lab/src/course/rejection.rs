@@ -10,7 +10,7 @@
 use etendue::internals::math::stats::Moments;
 
 /// Enough trials for sets that fill half of their box: all fail with a probability of 2^-256.
-pub const MOST_TRIALS: u32 = 256;
+pub const MAX_TRIALS: u32 = 256;
 
 /// An accepted sample.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -44,7 +44,7 @@ const SIZE: (u32, u32) = (64, 64);
 const SPP: usize = 256;
 
 /// The minimum number of samples per pixel that resolves the light of the smallest lamp.
-const LEAST_SPP: usize = 64;
+const MIN_SPP: usize = 64;
 
 /// Rendering time of each image, in seconds.
 const SECONDS: f64 = 2.0;
@@ -192,7 +192,7 @@ impl Measured {
 
 fn measure(lesson: &Lesson<'_>, way: &Estimator, a: f64) -> Result<Measured> {
     let scene = LessonScene::new(lesson, below_disk(a), SIZE)?;
-    let spp = lesson.samples(SPP).max(LEAST_SPP) as u64;
+    let spp = lesson.samples(SPP).max(MIN_SPP) as u64;
     let budget = Budget::samples(spp);
     let seed = lesson.seed(way.name, (10.0 * a) as usize);
     let rendered = scene.render(way.integrator, budget, seed, Light::Direct)?;

@@ -29,7 +29,7 @@ const SMOOTH: Integrand = Integrand::Exponential;
 const EDGE: Integrand = Integrand::HalfSpace;
 
 /// The maximum number of calls of one estimate, as an exponent of two.
-const MOST_CALLS: u32 = 16;
+const MAX_CALLS: u32 = 16;
 
 /// The number of calls at which dimensions are compared.
 const CALLS: usize = 4097;
@@ -85,7 +85,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
              calls suffice for a grid, else a Latin hypercube. For Monte Carlo the root mean \
              square error of many runs is shown, for rules the error itself, which is \
              deterministic. Then the calls are fixed at {CALLS}, and d runs from 1 to 12.",
-            1 << MOST_CALLS
+            1 << MAX_CALLS
         ),
         findings: findings(lesson),
     })
@@ -164,7 +164,7 @@ fn rule(rule: Rule, integrand: Integrand, d: u32, calls: usize) -> f64 {
 fn by_calls(lesson: &Lesson<'_>, integrand: Integrand, d: u32) -> (ErrorCurve, Plot) {
     let exact = integrand.integral(d);
     // One more than a power: a grid whose cell borders coincide with the edge would have no error at all.
-    let calls: Vec<usize> = powers_of_two(2, MOST_CALLS, 2)
+    let calls: Vec<usize> = powers_of_two(2, MAX_CALLS, 2)
         .iter()
         .map(|n| n + 1)
         .collect();

@@ -61,9 +61,9 @@ pub trait LessonObserver: Sync {
 
 /// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Unwatched;
+pub struct NullLessonObserver;
 
-impl LessonObserver for Unwatched {}
+impl LessonObserver for NullLessonObserver {}
 
 /// A running topic.
 pub struct Lesson<'a> {

@@ -19,7 +19,7 @@ use serde::Serialize;
 const ROUNDING: f64 = 2e-6;
 
 /// The largest factor by which certainty may raise the number of samples; beyond it `--error` does not end in most cases.
-const MOST_CERTAINTY: f64 = 2.0;
+const MAX_CERTAINTY: f64 = 2.0;
 
 /// The time to an error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -171,7 +171,7 @@ impl Facts<'_> {
         let forecast = Forecast::new(&[look], self.pixels, CONFIDENCE, false);
         let independent = look.samples * (look.rel_rmse / error).powi(2);
         let factor = forecast.map_or(1.0, |it| it.samples_for(error) / independent);
-        factor.clamp(1.0, MOST_CERTAINTY)
+        factor.clamp(1.0, MAX_CERTAINTY)
     }
 }
 

@@ -125,7 +125,7 @@ impl Splits {
     }
 
     /// Ends a sample, of which this is the value.
-    pub fn filmed(&mut self, value: Rgb) {
+    pub fn sample_added(&mut self, value: Rgb) {
         if value.is_finite() {
             self.take(value);
         }

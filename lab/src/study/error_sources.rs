@@ -241,8 +241,8 @@ impl PathObserver for Objects<'_> {
         self.before = self.at;
     }
 
-    fn filmed(&mut self, value: Rgb) {
-        self.splits.filmed(value);
+    fn sample_added(&mut self, value: Rgb) {
+        self.splits.sample_added(value);
         (self.at, self.before, self.shadow) = (None, None, None);
     }
 }

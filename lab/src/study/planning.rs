@@ -19,7 +19,7 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// Maximum number of bytes of images that are kept.
-const MOST_MEMORY: u64 = 4 << 30;
+const MAX_MEMORY: u64 = 4 << 30;
 
 /// The share of the budget for measuring the cost of renders, and its maximum in seconds, over all variants.
 const WARM_UP: (f64, f64) = (0.04, 8.0);
@@ -60,7 +60,7 @@ impl Costs {
             let schedule = Schedule::fit(&laws, scaled(&self.reference), seconds);
             let is_enough = schedule.is_ok_and(|schedule| {
                 schedule.least_doublings() >= FEW_DOUBLINGS
-                    && bytes(&schedule, share * pixels) <= MOST_MEMORY
+                    && bytes(&schedule, share * pixels) <= MAX_MEMORY
             });
             if is_enough {
                 break;
@@ -181,7 +181,7 @@ impl Study<'_> {
             ))
         })?;
         let bytes = bytes(&schedule, f64::from(width) * f64::from(height));
-        if bytes > MOST_MEMORY {
+        if bytes > MAX_MEMORY {
             return Err(Error::usage(format!(
                 "{} images of {width} x {height} pixels take {:.1} GB of memory; give a smaller image by --size, or a smaller budget",
                 schedule.renders(),

@@ -22,7 +22,7 @@ const PART: usize = 8192;
 /// The edge of the blocks of pixels whose noise is taken as independent, and the least number of blocks, for which small
 /// images have smaller ones.
 const BLOCK: f64 = 16.0;
-const FEWEST_BLOCKS: f64 = 64.0;
+const MIN_BLOCKS: f64 = 64.0;
 
 /// Two references, and the weights that make errors relative.
 #[derive(Debug, Clone)]
@@ -123,7 +123,7 @@ impl References {
     pub fn luminance_error(&self) -> f64 {
         let (width, height) = (self.one.width(), self.one.height());
         let pixels = self.weights.len() as f64;
-        let edge = (pixels / FEWEST_BLOCKS).sqrt().floor().clamp(1.0, BLOCK);
+        let edge = (pixels / MIN_BLOCKS).sqrt().floor().clamp(1.0, BLOCK);
         let squares = ImageTile::all(width, height, edge as u32).map(|block| {
             let differences = block.indices(width).map(|index| {
                 let [a, b] = [&self.one, &self.two].map(|it| it.pixels()[index]);

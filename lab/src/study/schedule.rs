@@ -36,7 +36,7 @@ const BLOCKS: u64 = 16;
 const DOUBLINGS: [u32; 2] = [2, 24];
 
 /// The minimum number of samples of a reference.
-const LEAST_REFERENCE: u64 = 64;
+const MIN_REFERENCE: u64 = 64;
 
 /// The renders of a study.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -66,7 +66,7 @@ impl Schedule {
         let share = LEVELS * seconds / costs.len() as f64;
         let seeds: Option<Vec<Vec<u64>>> = costs.iter().map(|&it| levels(it, share)).collect();
         let least = reference_spp(reference, REFERENCES * seconds / 2.0);
-        let Some(seeds) = seeds.filter(|_| least >= LEAST_REFERENCE) else {
+        let Some(seeds) = seeds.filter(|_| least >= MIN_REFERENCE) else {
             return Err(enough(costs, reference));
         };
         let used = costs.iter().zip(&seeds).map(|(&it, seeds)| time(it, seeds));
@@ -158,7 +158,7 @@ fn enough(costs: &[TimeLaw], reference: TimeLaw) -> f64 {
     let shortest = seeds(frugal, DOUBLINGS[0]);
     let of_variant = costs.iter().map(|&cost| time(cost, &shortest));
     let levels = costs.len() as f64 * of_variant.fold(0.0, f64::max) / LEVELS;
-    let references = 2.0 * reference.at(LEAST_REFERENCE as f64) / REFERENCES;
+    let references = 2.0 * reference.at(MIN_REFERENCE as f64) / REFERENCES;
     levels.max(references)
 }
 

@@ -48,9 +48,9 @@ pub trait StudyObserver: Sync {
 
 /// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Unattended;
+pub struct NullStudyObserver;
 
-impl StudyObserver for Unattended {}
+impl StudyObserver for NullStudyObserver {}
 
 /// The clock of a study: the remaining budget, and the observer.
 pub struct Watch<'a> {

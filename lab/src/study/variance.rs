@@ -177,8 +177,8 @@ impl PathObserver for Lengths {
         self.bounces += 1;
     }
 
-    fn filmed(&mut self, value: Rgb) {
-        self.splits.filmed(value);
+    fn sample_added(&mut self, value: Rgb) {
+        self.splits.sample_added(value);
         self.bounces = 0;
     }
 }
@@ -191,7 +191,7 @@ mod tests {
     fn sample(splitter: &mut Lengths, seen: f32, found: f32) {
         splitter.emission(Rgb::grey(seen), 1.0);
         splitter.light(Rgb::grey(2.0 * found), 1.0, 0.5);
-        splitter.filmed(Rgb::grey(seen + found));
+        splitter.sample_added(Rgb::grey(seen + found));
     }
 
     #[test]

@@ -7,7 +7,9 @@
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::effects::Kernel;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::settings::{LightPathRule, RenderSettings, ReuseRule, SamplerKind};
+use etendue::internals::render::settings::{
+    LightPathRule, PathReuseRule, RenderSettings, SamplerKind,
+};
 use serde::Serialize;
 
 /// One value of one setting.
@@ -24,7 +26,7 @@ pub enum Choice {
     /// The number of light paths beside those of `path`.
     LightPaths(LightPathRule),
     /// The number of pixels that share their paths.
-    Reuse(ReuseRule),
+    Reuse(PathReuseRule),
     /// The kernel.
     Kernel(Kernel),
     /// Maximum number of scattering events.

@@ -13,7 +13,7 @@ use etendue::internals::math::ray::Ray;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::Vec3;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
-use etendue::internals::render::{Unwatched, observe_tile};
+use etendue::internals::render::{NullRenderObserver, observe_tile};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use etendue_lab::bench::overhead::Floor;
@@ -21,7 +21,7 @@ use etendue_lab::bench::parts::{Part, parts};
 use etendue_lab::bench::record::record;
 use etendue_lab::bench::report::BenchReport;
 use etendue_lab::bench::run;
-use etendue_lab::bench::settings::{BenchObserver, BenchSettings, GivenScene, Unattended};
+use etendue_lab::bench::settings::{BenchObserver, BenchSettings, GivenScene, NullStudyObserver};
 use etendue_lab::bench::subject::Subject;
 use etendue_lab::bench::target::Target;
 use std::collections::{HashMap, HashSet, VecDeque};
@@ -79,7 +79,7 @@ fn full_recording_reproduces_the_render_and_its_ray_counts() {
         let small = Small::new(6, sampler);
         let rendered = small
             .subject()
-            .render(2, 6, &Unwatched)
+            .render(2, 6, &NullRenderObserver)
             .expect("valid settings");
         let recording = record(&small.subject(), usize::MAX);
         assert_eq!(assert_part_of(&recording.film, &rendered.film), 6);
@@ -97,7 +97,7 @@ fn limited_recording_is_deterministic_and_part_of_the_render() {
     let small = Small::new(4, SamplerKind::Sobol);
     let rendered = small
         .subject()
-        .render(1, 4, &Unwatched)
+        .render(1, 4, &NullRenderObserver)
         .expect("valid settings");
     let limit = 500;
     let recording = record(&small.subject(), limit);
@@ -375,7 +375,7 @@ fn bench_report_counts_are_consistent() {
 #[test]
 fn overhead_factor_is_sample_time_over_its_floor() {
     let (scenes, settings) = short();
-    let report = run(&scenes[..1], &settings, &Unattended).expect("it can be measured");
+    let report = run(&scenes[..1], &settings, &NullStudyObserver).expect("it can be measured");
     let scene = &report.scenes[0];
     let overhead = scene.overhead.as_ref().expect("Embree was measured");
     assert_eq!(overhead.target, settings.render_target());
@@ -453,7 +453,7 @@ fn out_of_range_settings_are_usage_errors() {
         change(|s| s.rays = 0),
         change(|s| s.targets.clear()),
     ] {
-        let error = run(&scenes, &wrong, &Unattended).expect_err("nothing can be measured");
+        let error = run(&scenes, &wrong, &NullStudyObserver).expect_err("nothing can be measured");
         assert_eq!(error.kind(), ErrorKind::Usage, "{wrong:?}");
     }
 }

@@ -8,7 +8,7 @@ use etendue::internals::geometry::{Geometry, mesh::Mesh};
 use etendue::internals::image::metrics;
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::render::settings::RenderSettings;
-use etendue::internals::render::{Unwatched, render};
+use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
 use etendue::internals::scene::prepare::prepare;
 use etendue_lab::bench::closed::{Aim, ClosedMesh, Form};
@@ -59,7 +59,7 @@ fn scenes_have_requested_size_and_render_a_lit_image() {
             &filter,
             described.film.size,
             &settings,
-            &Unwatched,
+            &NullRenderObserver,
         )
         .expect("the settings are valid");
         let rays = rendered.rays;

@@ -12,7 +12,7 @@ use etendue_lab::course::direction::{
 };
 use etendue_lab::course::disk::{DISK_IN_SQUARE, sample_disk_by_rejection};
 use etendue_lab::course::rejection::{
-    BoundingBox, MOST_TRIALS, Rejected, measure_efficiency, sample_density, sample_inside,
+    BoundingBox, MAX_TRIALS, Rejected, measure_efficiency, sample_density, sample_inside,
 };
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
@@ -93,7 +93,7 @@ fn rejection_samples_are_uniform_in_the_set() {
     let mut counts = vec![0; 24 * 24];
     let mut trials = Moments::default();
     for _ in 0..DRAWS {
-        let drawn = sample_inside(&box_2d, inside, MOST_TRIALS, &mut || rng.uniform_f64());
+        let drawn = sample_inside(&box_2d, inside, MAX_TRIALS, &mut || rng.uniform_f64());
         let drawn = drawn.expect("a point is accepted");
         trials.push(f64::from(drawn.trials));
         let [x, y] = unit(&drawn.value);
@@ -159,7 +159,7 @@ fn rejection_samples_follow_a_bounded_density() {
         })
         .collect();
     for _ in 0..DRAWS {
-        let drawn = sample_density(&bounds(0.0, 1.0), hill, 1.0, MOST_TRIALS, &mut || {
+        let drawn = sample_density(&bounds(0.0, 1.0), hill, 1.0, MAX_TRIALS, &mut || {
             rng.uniform_f64()
         });
         let drawn = drawn.expect("a point is accepted");

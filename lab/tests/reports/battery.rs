@@ -5,7 +5,7 @@ use etendue::internals::accel::Backend;
 use etendue_lab::battery::case::{Case, Effort, Trial};
 use etendue_lab::battery::claim::{Claim, Relation};
 use etendue_lab::battery::report::{BatteryReport, CaseReport};
-use etendue_lab::battery::{BatteryObserver, BatterySettings, Unattended, cases, run};
+use etendue_lab::battery::{BatteryObserver, BatterySettings, NullBatteryObserver, cases, run};
 use etendue_lab::verdict::Verdict;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -151,7 +151,7 @@ fn results_are_bit_identical_on_one_and_two_threads() {
             threads,
             ..BatterySettings::default()
         };
-        let report = run(&few(), &settings, &Unattended).expect("threads to run on");
+        let report = run(&few(), &settings, &NullBatteryObserver).expect("threads to run on");
         let bits = report.results.iter().map(|case| case.ours.to_bits());
         bits.collect::<Vec<_>>()
     };
@@ -160,7 +160,7 @@ fn results_are_bit_identical_on_one_and_two_threads() {
         threads: 0,
         ..BatterySettings::default()
     };
-    assert!(run(&few(), &none, &Unattended).is_err());
+    assert!(run(&few(), &none, &NullBatteryObserver).is_err());
 }
 
 #[test]

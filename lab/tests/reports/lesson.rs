@@ -2,7 +2,7 @@
 //! its numbers depend on nothing but the seed.
 
 use etendue_lab::lesson::page::{Finding, Page};
-use etendue_lab::lesson::topic::{LessonObserver, Settings, Topic, Unwatched};
+use etendue_lab::lesson::topic::{LessonObserver, NullLessonObserver, Settings, Topic};
 use etendue_lab::lesson::{TOPICS, run};
 use etendue_lab::plot::Plot;
 use etendue_lab::verdict::Verdict;
@@ -20,7 +20,7 @@ fn settings(seed: u64) -> Settings {
 }
 
 fn page(topic: &Topic, settings: &Settings) -> Page {
-    let page = run(topic, settings, &Unwatched).expect("the topic runs");
+    let page = run(topic, settings, &NullLessonObserver).expect("the topic runs");
     page.expect("the lesson was not cancelled")
 }
 
@@ -141,7 +141,7 @@ fn out_of_range_settings_are_usage_errors() {
             ..settings(0)
         },
     ] {
-        let error = run(topic("dice"), &wrong, &Unwatched).expect_err("out of range");
+        let error = run(topic("dice"), &wrong, &NullLessonObserver).expect_err("out of range");
         assert_eq!(error.kind(), etendue::ErrorKind::Usage);
     }
 }

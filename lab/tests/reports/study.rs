@@ -10,7 +10,7 @@ use etendue_lab::study::answer::Answer;
 use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::run;
 use etendue_lab::study::schedule::Schedule;
-use etendue_lab::study::settings::{StudyObserver, StudySettings, Unattended};
+use etendue_lab::study::settings::{NullStudyObserver, StudyObserver, StudySettings};
 use etendue_lab::study::summary::{Summary, summaries};
 use etendue_lab::study::variance::LightFoundBy;
 use etendue_lab::study::variant::{Choice, Variant};
@@ -42,7 +42,14 @@ fn settings(choices: &[Choice], budget: f64, schedule: Option<Schedule>) -> Stud
 }
 
 fn study(settings: &StudySettings) -> StudyReport {
-    run(&scene(), (64, 64), settings, Instant::now(), &Unattended).expect("a valid study")
+    run(
+        &scene(),
+        (64, 64),
+        settings,
+        Instant::now(),
+        &NullStudyObserver,
+    )
+    .expect("a valid study")
 }
 
 /// A fixed schedule, with which the images depend only on the seed.
@@ -232,8 +239,14 @@ fn insufficient_budget_error_names_a_sufficient_budget() {
     scene.film.size = (512, 512);
     let mut settings = settings(&[], 0.05, None);
     settings.variants[0].settings = RenderSettings::new((512, 512), 1);
-    let error = run(&scene, (512, 512), &settings, Instant::now(), &Unattended)
-        .expect_err("the budget is too small");
+    let error = run(
+        &scene,
+        (512, 512),
+        &settings,
+        Instant::now(),
+        &NullStudyObserver,
+    )
+    .expect_err("the budget is too small");
     assert_eq!(error.kind(), ErrorKind::Usage);
     let text = error.to_string();
     assert!(
@@ -249,7 +262,7 @@ fn black_scene_is_rejected() {
         (16, 16),
         &settings(&[], 5.0, None),
         Instant::now(),
-        &Unattended,
+        &NullStudyObserver,
     );
     let text = error.expect_err("there is no emitter").to_string();
     assert!(text.contains("black"), "{text}");
@@ -329,7 +342,13 @@ fn short_budget_shrinks_the_image_with_a_warning() {
         may_shrink: true,
         ..settings(&[], 6.0, None)
     };
-    let report = match run(&scene, (640, 480), &settings, Instant::now(), &Unattended) {
+    let report = match run(
+        &scene,
+        (640, 480),
+        &settings,
+        Instant::now(),
+        &NullStudyObserver,
+    ) {
         Ok(report) => report,
         Err(error) => return assert!(error.to_string().contains("too small"), "{error}"),
     };

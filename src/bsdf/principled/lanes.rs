@@ -208,17 +208,17 @@ impl PrincipledLanes {
     }
 
     /// Samples a direction for each of the active lanes by `numbers`, two for the direction and one for the lobe;
-    /// `by_cosine` are the cosine-weighted directions of the former. `sample_multiple` samples the multiple scattering of
+    /// `cosine_direction` are the cosine-weighted directions of the former. `sample_multiple` samples the multiple scattering of
     /// a lane.
     pub fn sample(
         &self,
         active: &ActiveLanes<LANES>,
         numbers: &[Lanes<f32>; 3],
-        by_cosine: &Lanes3,
+        cosine_direction: &Lanes3,
         sample_multiple: impl Fn(usize, Vec2) -> Vec3,
         sampled: &mut SampledLanes,
     ) {
-        sample(self, numbers, by_cosine, sampled);
+        sample(self, numbers, cosine_direction, sampled);
         // Metal that is sampled by its multiple scattering is rare.
         for lane in active.and(|lane| sampled.is_multiple[lane] != 0).each() {
             let u = Vec2::new(numbers[0][lane], numbers[1][lane]);
@@ -264,7 +264,7 @@ vectorised! {
     fn sample(
         lanes: &PrincipledLanes,
         numbers: &Lanes3,
-        by_cosine: &Lanes3,
+        cosine_direction: &Lanes3,
         sampled: &mut SampledLanes,
     ) {
         for lane in 0..LANES {
@@ -272,8 +272,8 @@ vectorised! {
             let up = LaneVec3::new(wo.x, wo.y, wo.z.abs());
             let [u, v, u_lobe]: [f32; 3] = load(numbers, lane);
             let (diffuse, multiple) = (lanes.diffuse[lane], lanes.multiple[lane]);
-            let mirrored: LaneVec3 = Ggx::new(lanes.alpha[lane]).sample_mirrored(up, Vec2::new(u, v));
-            let cosine: LaneVec3 = load(by_cosine, lane);
+            let mirrored: LaneVec3 = Ggx::new(lanes.alpha[lane]).sample_reflection(up, Vec2::new(u, v));
+            let cosine: LaneVec3 = load(cosine_direction, lane);
             let is_diffuse = u_lobe < diffuse;
             let is_multiple = !is_diffuse & (u_lobe < diffuse + multiple);
             store(&mut sampled.wi, lane, if is_diffuse { cosine } else { mirrored });

@@ -175,7 +175,7 @@ impl Principled {
         let BsdfSampleInput {
             lobe: u_lobe,
             u,
-            by_cosine,
+            cosine_direction,
         } = *numbers;
         if wo.z == 0.0 {
             return None;
@@ -185,11 +185,11 @@ impl Principled {
         }
         let up = Vec3::new(wo.x, wo.y, wo.z.abs());
         let (mut wi, lobe) = if u_lobe < choice.glass + choice.base {
-            (by_cosine, Lobe::Diffuse)
+            (cosine_direction, Lobe::Diffuse)
         } else if u_lobe < choice.glass + choice.base + choice.metal_ms {
             (self.sample_multiple(u), Lobe::GlossyReflection)
         } else if self.is_rough {
-            let wi = self.opaque.ggx.sample_mirrored(up, u);
+            let wi = self.opaque.ggx.sample_reflection(up, u);
             (wi, Lobe::GlossyReflection)
         } else {
             return self.sample_smooth(wo, choice);

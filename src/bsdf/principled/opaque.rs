@@ -91,7 +91,7 @@ impl<V: Vector> OpaqueLobes<V> {
         let mut f = self.base * base + self.metal_ms * ms;
         let mut pdf = choice.base * pdf_hemisphere_cosine(wi.z());
         if is_rough {
-            let facets = self.ggx.mirroring(wo, wi);
+            let facets = self.ggx.reflection_terms(wo, wi);
             f += reflectance(facets.cos) * facets.d_v;
             let metal_ms = planted!("lobe-left-out-of-pdf", 0.0, choice.metal_ms);
             let alpha = self.ggx.alpha();

@@ -14,7 +14,7 @@
 //! Source: Veach 1997, section 10.2 and 10.3.4. Tested in `tests/rendering/bidirectional.rs`.
 
 use super::vertex::{RayDensity, Source, Vertex};
-use super::walk::Walked;
+use super::walk::Subpath;
 use super::weights::{ConnectionPdfs, WholePath};
 use crate::camera::Viewpoint;
 use crate::effects::{Effects, Switch};
@@ -22,7 +22,9 @@ use crate::film::splats::Strategy;
 use crate::geometry::surface::SurfacePoint;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::light::types::{EmissionPdf, LightChoice, LightSampling, MapRule, ShadowRayEnd};
+use crate::light::types::{
+    EmissionPdf, EnvironmentSampling, LightChoice, LightSampling, ShadowRayEnd,
+};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
@@ -40,7 +42,7 @@ pub struct LightPath<'a, E: Effects> {
     #[cfg(test)]
     pub ray_density: RayDensity,
     /// The vertices on surfaces.
-    pub walked: Walked<'a, E>,
+    pub walked: Subpath<'a, E>,
 }
 
 /// The contribution of one strategy, before and after it is weighted against the others that find its path.
@@ -77,7 +79,7 @@ pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
     /// The light subpath, if there is one.
     pub light: Option<LightPath<'a, E>>,
     /// The camera subpath.
-    pub eye: &'w Walked<'a, E>,
+    pub eye: &'w Subpath<'a, E>,
     pub rays: &'w mut RayCounts,
     pub observer: &'w mut O,
     pub whole: WholePath,
@@ -171,7 +173,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             let pdf = self.emission_pdf(light, &end, vertex.at.wo);
             let (mut source, rays) = Source::new(end, scene.lights.pmf_by_power(light), &pdf);
             source.direct = source.density_from(before.at.p, by_nee);
-            source.densities.by_eye = vertex.densities.by_eye;
+            source.densities.by_camera = vertex.densities.by_camera;
             let at_before = rays.density_at(before.at.p - vertex.at.p, before.at.ng);
             let pdfs = ConnectionPdfs::of_emission(&source, at_before);
             weight = self.weight(strategy, &source, &pdfs);
@@ -207,7 +209,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             && let Some(environment) = self
                 .scene
                 .lights
-                .environment(escape.direction, MapRule::Radiance)
+                .environment(escape.direction, EnvironmentSampling::Radiance)
         {
             let mut weight = 1.0;
             if let Some(last) = self.eye.vertices.last() {
@@ -217,7 +219,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
                 let (mut source, rays) = Source::new(end, lights.pmf_by_power(light), &pdf);
                 let pmf = lights.pmf::<E>(light, self.light_choice, &last.receiver());
                 source.direct = (pmf * environment.pdf).0.into();
-                source.densities.by_eye = match escape.ray_density {
+                source.densities.by_camera = match escape.ray_density {
                     RayDensity::Point(density) | RayDensity::Parallel(density) => density,
                 };
                 let at_last = rays.density_at(-escape.direction, last.at.ng);
@@ -265,17 +267,17 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             ShadowRayEnd::Infinity => -light.wi,
         };
         let pdfs = ConnectionPdfs {
-            by_eye: [source.density_from(from, at.pdf_to_light), 0.0],
+            by_camera: [source.density_from(from, at.pdf_to_light), 0.0],
             by_light: [
                 rays.density_at(way, vertex.at.ng),
-                self.density_before(j, at.pdf_to_eye),
+                self.density_before(j, at.pdf_to_camera),
             ],
         };
         let strategy = Strategy { s: 1, t: j + 2 };
         let weight = self.weight(strategy, &source, &pdfs);
         let over_pdf = light.pdf.map_or(1.0, |pdf| 1.0 / pdf.0);
-        let unweighted = vertex.beta * at.to_eye * light.radiance * over_pdf;
-        let ray = vertex.at.ray_to(&light.end, light.wi, at.goes_through);
+        let unweighted = vertex.beta * at.to_camera * light.radiance * over_pdf;
+        let ray = vertex.at.ray_to(&light.end, light.wi, at.is_transmitted);
         self.visible(strategy, &ray, unweighted, weight)
     }
 
@@ -293,19 +295,19 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         let at_near = near.scattering(self.scene, near.at.wo, w)?;
         let at_far = far.scattering(self.scene, -w, far.at.wo)?;
         let pdfs = ConnectionPdfs {
-            by_eye: [
+            by_camera: [
                 far.density_from(near.at.p, at_near.pdf_to_light),
                 light.density_before(i, at_far.pdf_to_light),
             ],
             by_light: [
-                near.density_from(far.at.p, at_far.pdf_to_eye),
-                self.density_before(j, at_near.pdf_to_eye),
+                near.density_from(far.at.p, at_far.pdf_to_camera),
+                self.density_before(j, at_near.pdf_to_camera),
             ],
         };
-        let of_light = far.beta * at_far.to_eye * (at_far.adjoint / distance2);
-        let unweighted = near.beta * at_near.to_eye * of_light;
+        let of_light = far.beta * at_far.to_camera * (at_far.adjoint / distance2);
+        let unweighted = near.beta * at_near.to_camera * of_light;
         let end = ShadowRayEnd::Surface(point_of(&far.at), [0.0; 2]);
-        let ray = near.at.ray_to(&end, w, at_near.goes_through);
+        let ray = near.at.ray_to(&end, w, at_near.is_transmitted);
         let (source, strategy) = (light.source, Strategy { s: i + 2, t: j + 2 });
         let weight = self.weight(strategy, &source, &pdfs);
         self.visible(strategy, &ray, unweighted, weight)
@@ -336,16 +338,16 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         let middle = viewpoint(Vec2::splat(0.5)).film_point(-w)?;
         let rays = RayDensity::Point(middle.per_steradian * self.per_pixel);
         let pdfs = ConnectionPdfs {
-            by_eye: [
+            by_camera: [
                 rays.density_at(-way, vertex.at.ng),
                 light.density_before(i, at.pdf_to_light),
             ],
             by_light: [0.0; 2],
         };
         let flux = planted!("splats-without-film", 1.0, film.per_steradian as f32);
-        let unweighted = vertex.beta * at.to_eye * (at.adjoint * flux / distance2);
+        let unweighted = vertex.beta * at.to_camera * (at.adjoint * flux / distance2);
         let end = ShadowRayEnd::Point(lens.p);
-        let ray = vertex.at.ray_to(&end, w, at.goes_through);
+        let ray = vertex.at.ray_to(&end, w, at.is_transmitted);
         let (source, strategy) = (light.source, Strategy { s: i + 2, t: 1 });
         let weight = self.weight(strategy, &source, &pdfs);
         let visible = self.trace_shadow_ray(&ray);
@@ -423,12 +425,12 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
 
     /// The density with which a light subpath continues from surface `j` of the camera subpath to the surface before
     /// `j`.
-    fn density_before(&self, j: usize, pdf_to_eye: PdfSolidAngle) -> f64 {
+    fn density_before(&self, j: usize, pdf_to_camera: PdfSolidAngle) -> f64 {
         if j == 0 {
             return 0.0;
         }
         let from = self.eye.vertices[j].at.p;
-        self.eye.vertices[j - 1].density_from(from, pdf_to_eye)
+        self.eye.vertices[j - 1].density_from(from, pdf_to_camera)
     }
 }
 

@@ -8,13 +8,13 @@
 
 use super::connect::{Connector, LightPath};
 use super::vertex::{Densities, RayDensity, Vertex};
-use super::walk::{Start, SubpathKind, Walked, Walker};
+use super::walk::{Start, Subpath, SubpathKind, SubpathSampler};
 use super::weights::WholePath;
 use super::{Bidirectional, Roulette};
 use crate::accel::{AccelOptions, Backend, Precision};
 use crate::effects::kernel::types::Everything;
 use crate::integrator::RayCounts;
-use crate::integrator::observer::Unobserved;
+use crate::integrator::observer::NullPathObserver;
 use crate::light::types::{LightChoice, ShadowRayEnd};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -42,16 +42,16 @@ fn scene(path: &str) -> (Scene, Vec2) {
 }
 
 /// The densities per steradian of continuing from a vertex towards the light and towards the camera.
-fn both_ways(scene: &Scene, vertex: &V<'_>, to_eye: Vec3, to_light: Vec3) -> [PdfSolidAngle; 2] {
+fn both_ways(scene: &Scene, vertex: &V<'_>, to_camera: Vec3, to_light: Vec3) -> [PdfSolidAngle; 2] {
     if vertex.is_delta {
-        let tilted = [to_eye, to_light]
+        let tilted = [to_camera, to_light]
             .iter()
             .any(|&w| vertex.at.facing(w, vertex.transmits).is_tilted());
         return [1.0, if tilted { 0.0 } else { 1.0 }].map(PdfSolidAngle);
     }
-    let scattering = vertex.scattering(scene, to_eye, to_light);
+    let scattering = vertex.scattering(scene, to_camera, to_light);
     scattering.map_or([PdfSolidAngle(0.0); 2], |it| {
-        [it.pdf_to_light, it.pdf_to_eye]
+        [it.pdf_to_light, it.pdf_to_camera]
     })
 }
 
@@ -80,7 +80,7 @@ fn anew(
     whole.densities[1].by_light = light
         .ray_density
         .density_at(from_source(p(0)), surfaces[0].at.ng);
-    whole.densities[m].by_eye = camera
+    whole.densities[m].by_camera = camera
         .1
         .density_at(p(m - 1) - camera.0, surfaces[m - 1].at.ng);
     for k in 0..m {
@@ -88,7 +88,7 @@ fn anew(
             0 => -from_source(p(0)),
             _ => p(k - 1) - p(k),
         };
-        let to_eye = if k + 1 == m { camera.0 } else { p(k + 1) } - p(k);
+        let to_camera = if k + 1 == m { camera.0 } else { p(k + 1) } - p(k);
         let vertex = V {
             at: surfaces[k].at,
             bsdf: surfaces[k].bsdf.clone(),
@@ -96,8 +96,8 @@ fn anew(
             ..*surfaces[k]
         };
         let [light_side, eye_side] =
-            both_ways(scene, &vertex, to_eye.normalize(), to_light.normalize());
-        whole.densities[k].by_eye = match k {
+            both_ways(scene, &vertex, to_camera.normalize(), to_light.normalize());
+        whole.densities[k].by_camera = match k {
             0 => light.source.density_from(p(0), light_side),
             _ => surfaces[k - 1].density_from(p(k), light_side),
         };
@@ -129,8 +129,8 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
         let viewpoint = scene.camera.viewpoint::<Everything>(Vec2::splat(0.5), time);
         let seen = viewpoint.film_point(ray.dir).expect("it goes forwards");
         let camera = (ray.origin, RayDensity::Point(seen.per_steradian / 100.0));
-        let (mut rays, mut observer) = (RayCounts::default(), Unobserved);
-        let mut walker = Walker {
+        let (mut rays, mut observer) = (RayCounts::default(), NullPathObserver);
+        let mut walker = SubpathSampler {
             scene,
             time,
             roulette: Roulette::None,
@@ -143,7 +143,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
         else {
             continue;
         };
-        let eye: Walked<'_, Everything> = walker.walk(Start {
+        let eye: Subpath<'_, Everything> = walker.walk(Start {
             kind: SubpathKind::Eye,
             ray,
             origin: ray.origin,
@@ -196,8 +196,13 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
     (count, differ)
 }
 
-fn is_density(Densities { by_light, by_eye }: Densities) -> bool {
-    by_light >= 0.0 && by_eye >= 0.0 && by_light.is_finite() && by_eye.is_finite()
+fn is_density(
+    Densities {
+        by_light,
+        by_camera,
+    }: Densities,
+) -> bool {
+    by_light >= 0.0 && by_camera >= 0.0 && by_light.is_finite() && by_camera.is_finite()
 }
 
 /// A test of a million paths. Where surfaces touch, rounding moves a point by more than its distance from the next

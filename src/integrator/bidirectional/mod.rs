@@ -23,12 +23,12 @@ pub(super) mod vertex;
 pub(super) mod walk;
 mod weights;
 
-use super::observer::{PathObserver, Unobserved};
+use super::observer::{NullPathObserver, PathObserver};
 use super::{CameraRay, Integrator, RayCounts, Roulette};
 use crate::accel::Hit;
 use crate::effects::Effects;
 use crate::film::splats::{Splat, SplatList, Strategy};
-use crate::light::types::{EmissionSample, LightChoice, MapRule, ShadowRayEnd};
+use crate::light::types::{EmissionSample, EnvironmentSampling, LightChoice, ShadowRayEnd};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -37,7 +37,7 @@ use crate::scene::Scene;
 pub use connect::Contribution;
 use connect::{Connector, LightPath};
 use vertex::{RayDensity, Source, Vertex};
-use walk::{Start, SubpathKind, Walked, Walker};
+use walk::{Start, Subpath, SubpathKind, SubpathSampler};
 use weights::WholePath;
 
 /// The bidirectional path integrator and its settings.
@@ -138,7 +138,7 @@ impl Bidirectional {
     ) -> [Option<Contribution>; 2] {
         let &CameraRay { ray, time } = camera_ray;
         let Strategy { s, t } = strategy;
-        let observer = &mut Unobserved;
+        let observer = &mut NullPathObserver;
         let mut walker = self.walker(scene, camera_ray, sampler, rays, observer);
         let mut light = None;
         if s > 1 {
@@ -150,7 +150,7 @@ impl Bidirectional {
                 return [None; 2];
             }
         }
-        let mut eye = Walked::nowhere();
+        let mut eye = Subpath::nowhere();
         if t > 1 {
             let found = scene.accel.intersect(&ray, time, None);
             eye = self.eye_path::<E, S, _>(&mut walker, camera_ray, found, Some(t as u64 - 1));
@@ -167,8 +167,8 @@ impl Bidirectional {
         sampler: &'w mut S,
         rays: &'w mut RayCounts,
         observer: &'w mut O,
-    ) -> Walker<'a, 'w, S, O> {
-        Walker {
+    ) -> SubpathSampler<'a, 'w, S, O> {
+        SubpathSampler {
             scene,
             time: camera_ray.time,
             roulette: self.roulette,
@@ -183,7 +183,7 @@ impl Bidirectional {
         scene: &'a Scene,
         time: f32,
         light: Option<LightPath<'a, E>>,
-        eye: &'w Walked<'a, E>,
+        eye: &'w Subpath<'a, E>,
         rays: &'w mut RayCounts,
         observer: &'w mut O,
     ) -> Connector<'a, 'w, E, O> {
@@ -204,11 +204,11 @@ impl Bidirectional {
     /// Samples a camera subpath of at most `most` surfaces, along a camera ray with the closest hit `found`.
     fn eye_path<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walker: &mut Walker<'a, '_, S, O>,
+        walker: &mut SubpathSampler<'a, '_, S, O>,
         &CameraRay { ray, time }: &CameraRay,
         found: Option<Hit>,
         most: Option<u64>,
-    ) -> Walked<'a, E> {
+    ) -> Subpath<'a, E> {
         // Rays through the middle of the lens give the density of rays through any of its points.
         let middle = walker.scene.camera.viewpoint::<E>(Vec2::splat(0.5), time);
         let film = middle.film_point(ray.dir);
@@ -228,7 +228,7 @@ impl Bidirectional {
     /// Samples a light subpath of at most `most` surfaces; `None` where no light emits, or no surface is hit.
     fn light_path<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walker: &mut Walker<'a, '_, S, O>,
+        walker: &mut SubpathSampler<'a, '_, S, O>,
         most: Option<u64>,
     ) -> Option<LightPath<'a, E>> {
         if most == Some(0) {
@@ -254,7 +254,7 @@ impl Bidirectional {
             most,
         });
         let first = walked.vertices.first()?;
-        source.densities.by_eye = source.density_from(first.at.p, walked.back);
+        source.densities.by_camera = source.density_from(first.at.p, walked.back);
         source.direct = self.density_of_nee(scene, light, time, &source, &sample, first);
         Some(LightPath {
             source,
@@ -282,10 +282,10 @@ impl Bidirectional {
                     .lights
                     .pdf::<E>(light, choice, &receiver, time, towards, ng)
             }
-            ShadowRayEnd::Infinity if source.can_be_met => {
+            ShadowRayEnd::Infinity if source.can_be_hit => {
                 let beyond = scene
                     .lights
-                    .environment(-sample.direction, MapRule::Radiance);
+                    .environment(-sample.direction, EnvironmentSampling::Radiance);
                 let pmf = scene.lights.pmf::<E>(light, choice, &receiver);
                 beyond.map_or(PdfSolidAngle(0.0), |beyond| pmf * beyond.pdf)
             }

@@ -32,7 +32,7 @@ pub struct Densities {
     /// The density on a light subpath.
     pub by_light: f64,
     /// The density on a camera subpath.
-    pub by_eye: f64,
+    pub by_camera: f64,
 }
 
 /// A density of rays, before their hits are known.
@@ -66,15 +66,15 @@ impl RayDensity {
 pub struct Scattering {
     /// The factor f |cos|, with the cosine between the light's direction and the shading normal as seen from the
     /// camera.
-    pub to_eye: Rgb,
-    /// The factor by which `to_eye` is multiplied on a light subpath.
+    pub to_camera: Rgb,
+    /// The factor by which `to_camera` is multiplied on a light subpath.
     pub adjoint: f32,
     /// The density of continuing towards the light, on a camera subpath.
     pub pdf_to_light: PdfSolidAngle,
     /// The density of continuing towards the camera, on a light subpath.
-    pub pdf_to_eye: PdfSolidAngle,
+    pub pdf_to_camera: PdfSolidAngle,
     /// Whether the light passes through the surface.
-    pub goes_through: bool,
+    pub is_transmitted: bool,
 }
 
 /// A vertex of a subpath on a surface.
@@ -135,23 +135,23 @@ impl<'a, E: Effects> Vertex<'a, E> {
         RayDensity::Point(pdf.0.into()).density_at(self.at.p - from, self.at.ng)
     }
 
-    /// Evaluates scattering from the unit vector `to_light` to the unit vector `to_eye`, both away from the surface,
+    /// Evaluates scattering from the unit vector `to_light` to the unit vector `to_camera`, both away from the surface,
     /// without delta lobes; `None` if no light is scattered this way.
-    pub fn scattering(&self, scene: &Scene, to_eye: Vec3, to_light: Vec3) -> Option<Scattering> {
-        let (seen, goes_through) = self.seen(scene, to_eye, to_light)?;
+    pub fn scattering(&self, scene: &Scene, to_camera: Vec3, to_light: Vec3) -> Option<Scattering> {
+        let (seen, is_transmitted) = self.seen(scene, to_camera, to_light)?;
         let wi = seen.frame.to_local(to_light);
-        let value = self.bsdf.eval::<E>(seen.frame.to_local(to_eye), wi);
+        let value = self.bsdf.eval::<E>(seen.frame.to_local(to_camera), wi);
         if value.f.is_black() {
             return None;
         }
         let lit = self.at.facing(to_light, self.transmits);
-        let back = (lit.frame.to_local(to_light), lit.frame.to_local(to_eye));
+        let back = (lit.frame.to_local(to_light), lit.frame.to_local(to_camera));
         Some(Scattering {
-            to_eye: value.f * wi.z.abs(),
-            adjoint: adjoint(&seen, to_eye, to_light),
+            to_camera: value.f * wi.z.abs(),
+            adjoint: adjoint(&seen, to_camera, to_light),
             pdf_to_light: value.pdf,
-            pdf_to_eye: self.bsdf.eval::<E>(back.0, back.1).pdf,
-            goes_through,
+            pdf_to_camera: self.bsdf.eval::<E>(back.0, back.1).pdf,
+            is_transmitted,
         })
     }
 
@@ -162,40 +162,45 @@ impl<'a, E: Effects> Vertex<'a, E> {
         &self,
         scene: &Scene,
         sample: &BsdfSample,
-        to_eye: Vec3,
+        to_camera: Vec3,
         to_light: Vec3,
     ) -> Option<Scattering> {
-        let (seen, goes_through) = self.seen(scene, to_eye, to_light)?;
+        let (seen, is_transmitted) = self.seen(scene, to_camera, to_light)?;
         let is_tilted = seen.is_tilted() || self.at.facing(to_light, self.transmits).is_tilted();
         let both_ways = PdfSolidAngle(1.0);
         let one_way = PdfSolidAngle(if is_tilted { 0.0 } else { 1.0 });
-        let [of_eye, of_light] = [to_eye, to_light].map(|w| seen.frame.to_local(w).z.abs());
+        let [of_eye, of_light] = [to_camera, to_light].map(|w| seen.frame.to_local(w).z.abs());
         // Refraction changes the width of a beam: light is kept in projected solid angle about the shading normal.
         Some(Scattering {
-            to_eye: sample.weight,
-            adjoint: adjoint(&seen, to_eye, to_light) * (of_light / of_eye),
+            to_camera: sample.weight,
+            adjoint: adjoint(&seen, to_camera, to_light) * (of_light / of_eye),
             pdf_to_light: both_ways,
-            pdf_to_eye: one_way,
-            goes_through,
+            pdf_to_camera: one_way,
+            is_transmitted,
         })
     }
 
     /// The surface as seen from the camera, and whether light passes through it; `None` where its two normals do not
     /// agree on that, or this side of it absorbs everything.
-    fn seen(&self, scene: &Scene, to_eye: Vec3, to_light: Vec3) -> Option<(Interaction<E>, bool)> {
-        let seen = self.at.facing(to_eye, self.transmits);
-        let [wo, wi] = [to_eye, to_light].map(|w| seen.frame.to_local(w));
-        let goes_through = wi.z * wo.z < 0.0;
-        let is_lit = seen.agrees(to_light, goes_through) && !scene.is_dark(&seen);
-        is_lit.then_some((seen, goes_through))
+    fn seen(
+        &self,
+        scene: &Scene,
+        to_camera: Vec3,
+        to_light: Vec3,
+    ) -> Option<(Interaction<E>, bool)> {
+        let seen = self.at.facing(to_camera, self.transmits);
+        let [wo, wi] = [to_camera, to_light].map(|w| seen.frame.to_local(w));
+        let is_transmitted = wi.z * wo.z < 0.0;
+        let is_lit = seen.agrees(to_light, is_transmitted) && !scene.is_dark(&seen);
+        is_lit.then_some((seen, is_transmitted))
     }
 }
 
-/// The factor |e g| / |l g| of the light from `to_light` that scatters towards `to_eye`, where |l n| is a factor already.
+/// The factor |e g| / |l g| of the light from `to_light` that scatters towards `to_camera`, where |l n| is a factor already.
 /// Free of branches.
 #[inline(always)]
-pub fn adjoint<E: Effects, V: Vector>(seen: &Interaction<E, V>, to_eye: V, to_light: V) -> f32 {
-    let cos = to_eye.dot(seen.ng).abs();
+pub fn adjoint<E: Effects, V: Vector>(seen: &Interaction<E, V>, to_camera: V, to_light: V) -> f32 {
+    let cos = to_camera.dot(seen.ng).abs();
     // So that the cosines of a flat surface cancel exactly.
     let of_shading = seen.frame.to_local(to_light).z().abs();
     let of_geometry = to_light.dot(seen.ng).abs();
@@ -209,7 +214,7 @@ pub struct Source {
     /// The point, on a surface or in free space, or infinity.
     pub end: ShadowRayEnd,
     /// Whether a camera subpath can hit the source.
-    pub can_be_met: bool,
+    pub can_be_hit: bool,
     /// The densities of finding the source.
     pub densities: Densities,
     /// The density with which light sampling at the vertex next to it finds the source.
@@ -231,10 +236,10 @@ impl Source {
         };
         let source = Self {
             end,
-            can_be_met: pdf.position.is_some() && pdf.direction.is_some(),
+            can_be_hit: pdf.position.is_some() && pdf.direction.is_some(),
             densities: Densities {
                 by_light: f64::from(pmf.0) * first,
-                by_eye: 0.0,
+                by_camera: 0.0,
             },
             direct: 0.0,
         };
@@ -244,7 +249,7 @@ impl Source {
     /// The density of hitting the source with the density `pdf` of directions at `from`.
     pub fn density_from(&self, from: Vec3, pdf: PdfSolidAngle) -> f64 {
         match &self.end {
-            _ if !self.can_be_met => 0.0,
+            _ if !self.can_be_hit => 0.0,
             ShadowRayEnd::Surface(point, _) => {
                 RayDensity::Point(pdf.0.into()).density_at(point.p - from, point.ng)
             }

@@ -52,7 +52,7 @@ pub struct Start {
 
 /// The vertices of a subpath, and how it ended.
 #[derive(Debug)]
-pub struct Walked<'a, E: Effects> {
+pub struct Subpath<'a, E: Effects> {
     /// The vertices on surfaces.
     pub vertices: Vec<Vertex<'a, E>>,
     /// The density with which a subpath from the other end continues from the first vertex to where this one began.
@@ -61,7 +61,7 @@ pub struct Walked<'a, E: Effects> {
     pub escape: Option<Escape>,
 }
 
-impl<E: Effects> Walked<'_, E> {
+impl<E: Effects> Subpath<'_, E> {
     /// A subpath without a vertex.
     pub fn nowhere() -> Self {
         Self {
@@ -84,7 +84,7 @@ pub struct Escape {
 }
 
 /// The context in which subpaths are sampled.
-pub struct Walker<'a, 'w, S, O: ?Sized> {
+pub struct SubpathSampler<'a, 'w, S, O: ?Sized> {
     /// The scene.
     pub scene: &'a Scene,
     /// The time.
@@ -116,9 +116,9 @@ pub struct Step {
     pub backwards: PdfSolidAngle,
 }
 
-impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
+impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
     /// Samples a subpath until it ends.
-    pub fn walk<E: Effects>(&mut self, start: Start) -> Walked<'a, E> {
+    pub fn walk<E: Effects>(&mut self, start: Start) -> Subpath<'a, E> {
         let Start {
             kind,
             mut ray,
@@ -128,7 +128,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
             mut beta,
             most,
         } = start;
-        let mut walked = Walked::nowhere();
+        let mut walked = Subpath::nowhere();
         let mut excluded = None;
         // The throughput for Russian roulette.
         let mut left = Rgb::WHITE;
@@ -191,7 +191,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
                 beta *= correction;
                 left *= correction;
             }
-            let through = step.scattering.goes_through;
+            let through = step.scattering.is_transmitted;
             let (next, left_behind) = self.scene.spawn(&at, self.time, step.w, through);
             (ray, excluded, origin) = (next, Some(left_behind), at.p);
             ray_density = RayDensity::Point(step.forwards.0.into());
@@ -250,26 +250,26 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
         });
         let sample = vertex.bsdf.sample::<E>(wo, u_lobe, Vec2::new(u, v))?;
         let w = at.frame.to_world(sample.wi);
-        let (to_eye, to_light) = match kind {
+        let (to_camera, to_light) = match kind {
             SubpathKind::Eye => (at.wo, w),
             SubpathKind::Light => (w, at.wo),
         };
         let is_delta = sample.pdf.is_none();
         let scattering = if is_delta {
-            vertex.delta_scattering(self.scene, &sample, to_eye, to_light)
+            vertex.delta_scattering(self.scene, &sample, to_camera, to_light)
         } else {
-            vertex.scattering(self.scene, to_eye, to_light)
+            vertex.scattering(self.scene, to_camera, to_light)
         };
         let scattering = scattering?;
         let (forwards, backwards) = match kind {
-            SubpathKind::Eye => (scattering.pdf_to_light, scattering.pdf_to_eye),
-            SubpathKind::Light => (scattering.pdf_to_eye, scattering.pdf_to_light),
+            SubpathKind::Eye => (scattering.pdf_to_light, scattering.pdf_to_camera),
+            SubpathKind::Light => (scattering.pdf_to_camera, scattering.pdf_to_light),
         };
         if forwards.0 <= 0.0 {
             return None;
         }
         // Radiance is divided by eta^2 on the way into glass, power is not.
-        let eta2 = if !scattering.goes_through {
+        let eta2 = if !scattering.is_transmitted {
             1.0
         } else if wo.z > 0.0 {
             vertex.bsdf.ior() * vertex.bsdf.ior()
@@ -281,7 +281,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
             SubpathKind::Light => {
                 let of_power = planted!("light-thinned-as-radiance", 1.0, eta2);
                 let of_power = if is_delta { of_power } else { 1.0 / forwards.0 };
-                let factor = scattering.to_eye * (scattering.adjoint * of_power);
+                let factor = scattering.to_camera * (scattering.adjoint * of_power);
                 (factor, factor)
             }
         };
@@ -301,18 +301,21 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> Walker<'a, '_, S, O> {
 impl SubpathKind {
     /// The densities of a vertex: of this subpath, and of one from the other end.
     fn densities(self, own: f64, other: f64) -> Densities {
-        let (by_eye, by_light) = match self {
+        let (by_camera, by_light) = match self {
             Self::Eye => (own, other),
             Self::Light => (other, own),
         };
-        Densities { by_light, by_eye }
+        Densities {
+            by_light,
+            by_camera,
+        }
     }
 
     /// The density of a subpath from the other end.
     fn backwards(self, densities: &mut Densities) -> &mut f64 {
         match self {
             Self::Eye => &mut densities.by_light,
-            Self::Light => &mut densities.by_eye,
+            Self::Light => &mut densities.by_camera,
         }
     }
 }

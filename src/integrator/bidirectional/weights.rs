@@ -32,7 +32,7 @@ pub struct WholePath {
 #[derive(Debug, Clone, Copy)]
 pub struct ConnectionPdfs {
     /// The densities of x_{s-1} and x_{s-2} on a camera subpath.
-    pub by_eye: [f64; 2],
+    pub by_camera: [f64; 2],
     /// The densities of x_s and x_{s+1} on a light subpath.
     pub by_light: [f64; 2],
 }
@@ -41,7 +41,7 @@ impl ConnectionPdfs {
     /// The densities for s = 0: x_0 is the source, and the next vertex has the density `next` on a light subpath.
     pub fn of_emission(source: &Source, next: f64) -> Self {
         Self {
-            by_eye: [0.0; 2],
+            by_camera: [0.0; 2],
             by_light: [source.densities.by_light, next],
         }
     }
@@ -68,11 +68,11 @@ impl WholePath {
     pub fn join(&mut self, s: usize, join: &ConnectionPdfs) {
         let n = self.densities.len() - 1;
         if s > 0 {
-            self.densities[s - 1].by_eye = join.by_eye[0];
+            self.densities[s - 1].by_camera = join.by_camera[0];
             self.is_delta[s - 1] = false;
         }
         if s > 1 {
-            self.densities[s - 2].by_eye = join.by_eye[1];
+            self.densities[s - 2].by_camera = join.by_camera[1];
         }
         if s < n {
             self.densities[s].by_light = join.by_light[0];
@@ -97,8 +97,11 @@ impl WholePath {
         let mut ratio = 1.0;
         for k in s + 1..=n {
             if k > 1 {
-                let Densities { by_light, by_eye } = self.densities[k - 1];
-                ratio = f64::min(ratio * (by_light / not_zero(by_eye)), f64::MAX);
+                let Densities {
+                    by_light,
+                    by_camera,
+                } = self.densities[k - 1];
+                ratio = f64::min(ratio * (by_light / not_zero(by_camera)), f64::MAX);
             }
             sum += self.square(k, ratio * of_light(k));
         }
@@ -106,8 +109,11 @@ impl WholePath {
         let mut ratio = 1.0;
         for k in (0..s).rev() {
             if k > 0 {
-                let Densities { by_light, by_eye } = self.densities[k];
-                ratio = f64::min(ratio * (by_eye / not_zero(by_light)), f64::MAX);
+                let Densities {
+                    by_light,
+                    by_camera,
+                } = self.densities[k];
+                ratio = f64::min(ratio * (by_camera / not_zero(by_light)), f64::MAX);
             }
             sum += self.square(k, ratio * of_light(k));
         }
@@ -117,7 +123,7 @@ impl WholePath {
     /// The density with which strategy `k` finds x_0.
     fn density_of_light(&self, k: usize) -> f64 {
         match k {
-            0 => self.densities[0].by_eye,
+            0 => self.densities[0].by_camera,
             1 => self.direct,
             _ => self.densities[0].by_light,
         }
@@ -147,7 +153,7 @@ mod tests {
         path.clear(6);
         for (x, densities) in (0..).map(f64::from).zip(&mut path.densities) {
             densities.by_light = number(0.618_034 + 0.11 * x);
-            densities.by_eye = number(0.414_214 + 0.07 * x);
+            densities.by_camera = number(0.414_214 + 0.07 * x);
         }
         path.direct = number(0.732_051);
         if let Some(delta) = delta {
@@ -161,7 +167,7 @@ mod tests {
         let of = |i: usize| match (i, s) {
             (0, 1) => path.direct,
             _ if i < s => path.densities[i].by_light,
-            _ => path.densities[i].by_eye,
+            _ => path.densities[i].by_camera,
         };
         (0..path.densities.len() - 1).map(of).product()
     }
@@ -190,7 +196,7 @@ mod tests {
     #[test]
     fn mis_weights_exclude_impossible_light_strategies() {
         let mut point = path(3, None);
-        point.densities[0].by_eye = 0.0;
+        point.densities[0].by_camera = 0.0;
         let sum: f64 = (1..=5).map(|s| point.weight(s)).sum();
         assert!((sum - 1.0).abs() < 1e-9);
         let mut unsampled = path(3, None);
@@ -204,7 +210,7 @@ mod tests {
         let mut path = path(5, Some(2));
         for (i, densities) in path.densities.iter_mut().enumerate() {
             densities.by_light = if i % 2 == 0 { 1e300 } else { 0.0 };
-            densities.by_eye = if i % 2 == 0 { 0.0 } else { 1e-300 };
+            densities.by_camera = if i % 2 == 0 { 0.0 } else { 1e-300 };
         }
         for s in 0..=5 {
             let weight = path.weight(s);

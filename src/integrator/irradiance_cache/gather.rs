@@ -11,8 +11,8 @@
 use super::hemisphere::{Cells, Expansion};
 use super::record::Record;
 use crate::effects::Effects;
-use crate::integrator::observer::Unobserved;
-use crate::integrator::path::{PathIntegrator, PathMemory, WAVEFRONT_SIZE, Walk};
+use crate::integrator::observer::NullPathObserver;
+use crate::integrator::path::{PathIntegrator, PathScratch, PathWavefront, WAVEFRONT_SIZE};
 use crate::integrator::{CameraRay, RayCounts, SampleLanes};
 use crate::math::lanes::LANES;
 use crate::math::measure::PdfSolidAngle;
@@ -80,7 +80,7 @@ impl Gatherer<'_> {
     ) -> Option<Seen> {
         let mut radiance = vec![Rgb::BLACK; cells.count()];
         let mut distance = vec![f32::INFINITY; cells.count()];
-        let mut memory = PathMemory::<E>::default();
+        let mut memory = PathScratch::<E>::default();
         // A scene with motion has no cache (`dispatch::check`).
         let time = 0.0;
         for first in (0..cells.count()).step_by(WAVEFRONT_SIZE) {
@@ -114,14 +114,14 @@ impl Gatherer<'_> {
                     block.scatter_from(lane, from);
                 }
             }
-            let walk = Walk {
+            let wavefront = PathWavefront {
                 scene: self.scene,
                 samples: &mut samples,
                 samplers: &mut samplers,
-                observer: &mut Unobserved,
+                observer: &mut NullPathObserver,
                 bounce: 1,
             };
-            self.integrator.follow(walk, &mut memory);
+            self.integrator.follow(wavefront, &mut memory);
             for (path, (cell, clear)) in asked.into_iter().enumerate() {
                 let estimate = samples[path / LANES].estimate(path % LANES);
                 rays.closest += 1 + estimate.rays.closest;

@@ -9,7 +9,7 @@
 use crate::effects::{Effects, Switch};
 use crate::light::Light;
 use crate::light::types::{
-    EmissionPdf, EmissionSample, LightChoice, MapRule, Receiver, ShadowRayEnd,
+    EmissionPdf, EmissionSample, EnvironmentSampling, LightChoice, Receiver, ShadowRayEnd,
 };
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
@@ -18,7 +18,7 @@ use crate::scene::Scene;
 
 /// The first ray of a light path.
 #[derive(Debug, Clone, Copy)]
-pub struct LightPathSource {
+pub struct LightPathFirstRay {
     /// The light.
     pub light: u32,
     /// The emitted ray.
@@ -27,7 +27,7 @@ pub struct LightPathSource {
     pub flux: Rgb,
 }
 
-impl LightPathSource {
+impl LightPathFirstRay {
     /// Samples the first ray of a light path by the random numbers of [`Decision::Source`] and
     /// [`Decision::SourceDirection`].
     ///
@@ -71,7 +71,7 @@ impl LightPathSource {
     }
 
     /// Whether a camera path can hit the light.
-    pub fn can_be_met(&self) -> bool {
+    pub fn can_be_hit(&self) -> bool {
         self.sample.pdf.position.is_some() && self.sample.pdf.direction.is_some()
     }
 
@@ -86,7 +86,7 @@ impl LightPathSource {
         &self,
         scene: &Scene,
         choice: LightChoice,
-        map: MapRule,
+        map: EnvironmentSampling,
         receiver: &Receiver,
         time: f32,
     ) -> f32 {
@@ -97,7 +97,7 @@ impl LightPathSource {
                 let pdf = lights.pdf::<E>(light, choice, receiver, time, towards, point.ng);
                 pdf.0
             }
-            ShadowRayEnd::Infinity if E::EnvironmentMap::ON && self.can_be_met() => {
+            ShadowRayEnd::Infinity if E::EnvironmentMap::ON && self.can_be_hit() => {
                 let pmf = lights.pmf::<E>(light, choice, receiver);
                 let environment = lights.environment(-self.sample.direction, map);
                 environment.map_or(0.0, |environment| (pmf * environment.pdf).0)

@@ -19,14 +19,14 @@
 //! Source: Georgiev et al. 2012, section 4.4, without connections of surfaces and without merging; Veach and Guibas 1995
 //! for the power heuristic. Tested below and in `tests/rendering/light_paths.rs`.
 
-use crate::sampling::mis::with_another;
+use crate::sampling::mis::power_heuristic_with_third;
 
 /// The upper limit of the second moment of camera paths alone, which is infinite where no camera path finds the light.
 const MISSED: f64 = 1e12;
 
 /// One direction at a scattering vertex: the density of continuing along it, and its cosine with the geometric normal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct End {
+pub struct DirectionPdf {
     /// The density of continuing, per steradian.
     pub pdf: f32,
     /// The cosine; only its absolute value counts.
@@ -36,14 +36,14 @@ pub struct End {
 /// The factor of a vertex in the ratio of the density of a path traced from the other end to that of this path: `there`
 /// is the direction back along this path, `on` the direction in which it continues. Free of branches.
 #[inline(always)]
-pub fn passage(there: End, on: End) -> f32 {
+pub fn vertex_ratio(there: DirectionPdf, on: DirectionPdf) -> f32 {
     (there.pdf / on.pdf) * (on.cos / there.cos).abs()
 }
 
 /// The ratio d^2 / c for the surface that the camera sees: `over_film_density` is the number of light paths for each
 /// camera path, over their density on the film, `per_steradian` the film area per steradian.
 #[inline(always)]
-pub fn of_camera(over_film_density: f32, distance2: f32, per_steradian: f32) -> f32 {
+pub fn camera_vertex_ratio(over_film_density: f32, distance2: f32, per_steradian: f32) -> f32 {
     over_film_density * distance2 / per_steradian
 }
 
@@ -61,23 +61,23 @@ impl LightRatios {
     /// The ratios before the first surface: the density `e` of the ray, which can be hit from the other end or not. That of
     /// light sampling still lacks its density.
     #[inline]
-    pub fn new(e: f32, can_be_met: bool) -> Self {
+    pub fn new(e: f32, can_be_hit: bool) -> Self {
         Self {
-            by_scattering: if can_be_met { 1.0 / e } else { 0.0 },
+            by_scattering: if can_be_hit { 1.0 / e } else { 0.0 },
             by_nee: 1.0 / e,
         }
     }
 
     /// The ratios beyond a surface. At the first one, the density of light sampling is `l`.
     #[inline]
-    pub fn beyond(self, to_light: End, to_eye: End, l: Option<f32>) -> Self {
-        let by_light_sampling = End {
+    pub fn beyond(self, to_light: DirectionPdf, to_camera: DirectionPdf, l: Option<f32>) -> Self {
+        let by_light_sampling = DirectionPdf {
             pdf: l.unwrap_or(to_light.pdf),
             ..to_light
         };
         Self {
-            by_scattering: self.by_scattering * passage(to_light, to_eye),
-            by_nee: self.by_nee * passage(by_light_sampling, to_eye),
+            by_scattering: self.by_scattering * vertex_ratio(to_light, to_camera),
+            by_nee: self.by_nee * vertex_ratio(by_light_sampling, to_camera),
         }
     }
 
@@ -90,16 +90,16 @@ impl LightRatios {
         }
     }
 
-    /// The weight of the light path, where the ratio of its last surface and the camera is [`of_camera`].
+    /// The weight of the light path, where the ratio of its last surface and the camera is [`camera_vertex_ratio`].
     #[inline]
-    pub fn weight(self, of_camera: f32) -> f32 {
+    pub fn weight(self, camera_vertex_ratio: f32) -> f32 {
         let Self {
             by_scattering,
             by_nee,
         } = self;
-        with_another(
-            with_another(1.0, by_scattering / of_camera),
-            by_nee / of_camera,
+        power_heuristic_with_third(
+            power_heuristic_with_third(1.0, by_scattering / camera_vertex_ratio),
+            by_nee / camera_vertex_ratio,
         )
     }
 
@@ -110,8 +110,9 @@ impl LightRatios {
     /// w_i^2 f^2 / p_i to the second moment. An estimate of its integral by light paths, which find the rare bright paths
     /// often, does not suffer from what makes an estimate by camera paths unreliable.
     #[inline]
-    pub fn gain(self, of_camera: f32) -> f32 {
-        let [a, b] = [self.by_scattering, self.by_nee].map(|ratio| f64::from(ratio / of_camera));
+    pub fn gain(self, camera_vertex_ratio: f32) -> f32 {
+        let [a, b] =
+            [self.by_scattering, self.by_nee].map(|ratio| f64::from(ratio / camera_vertex_ratio));
         let (squares, cubes) = (a * a + b * b, a * a * a + b * b * b);
         let without = if squares > 0.0 {
             cubes / (squares * squares)
@@ -141,75 +142,82 @@ mod tests {
         let seed = &mut 7;
         for path in 0..1_000_000 {
             let surfaces = 1 + path % 8;
-            let (e, l, of_camera) = (number(seed), number(seed), number(seed) / number(seed));
-            let can_be_met = number(seed) > 0.3;
+            let (e, l, camera_vertex_ratio) =
+                (number(seed), number(seed), number(seed) / number(seed));
+            let can_be_hit = number(seed) > 0.3;
             // Delta lobes are never at the surface that is connected to the lens.
-            let ends: Vec<(End, End, bool)> = (0..surfaces)
+            let ends: Vec<(DirectionPdf, DirectionPdf, bool)> = (0..surfaces)
                 .map(|i| {
-                    let mut end = || End {
+                    let mut end = || DirectionPdf {
                         pdf: number(seed),
                         cos: number(seed),
                     };
-                    let (to_light, to_eye) = (end(), end());
-                    (to_light, to_eye, i + 1 < surfaces && number(seed) < 0.3)
+                    let (to_light, to_camera) = (end(), end());
+                    (to_light, to_camera, i + 1 < surfaces && number(seed) < 0.3)
                 })
                 .collect();
             let is_lit = !ends[0].2;
 
             // From the light.
-            let mut ratios = LightRatios::new(e, can_be_met);
-            for (i, &(to_light, to_eye, is_delta)) in ends.iter().enumerate() {
-                let to_eye = if i + 1 == surfaces {
-                    End { pdf: 1.0, ..to_eye }
+            let mut ratios = LightRatios::new(e, can_be_hit);
+            for (i, &(to_light, to_camera, is_delta)) in ends.iter().enumerate() {
+                let to_camera = if i + 1 == surfaces {
+                    DirectionPdf {
+                        pdf: 1.0,
+                        ..to_camera
+                    }
                 } else {
-                    to_eye
+                    to_camera
                 };
                 ratios = if is_delta {
                     ratios.beyond_delta(i == 0)
                 } else {
-                    ratios.beyond(to_light, to_eye, (i == 0).then_some(l))
+                    ratios.beyond(to_light, to_camera, (i == 0).then_some(l))
                 };
             }
-            let by_light_path = ratios.weight(of_camera);
+            let by_light_path = ratios.weight(camera_vertex_ratio);
 
             // From the camera.
-            let mut ratio = of_camera;
-            for (i, &(to_light, to_eye, is_delta)) in
+            let mut ratio = camera_vertex_ratio;
+            for (i, &(to_light, to_camera, is_delta)) in
                 ends.iter().enumerate().rev().take(surfaces - 1)
             {
-                let to_eye = if i + 1 == surfaces {
-                    End { pdf: 1.0, ..to_eye }
+                let to_camera = if i + 1 == surfaces {
+                    DirectionPdf {
+                        pdf: 1.0,
+                        ..to_camera
+                    }
                 } else {
-                    to_eye
+                    to_camera
                 };
                 ratio *= if is_delta {
                     1.0
                 } else {
-                    passage(to_eye, to_light)
+                    vertex_ratio(to_camera, to_light)
                 };
             }
-            let (to_light, mut to_eye, _) = ends[0];
+            let (to_light, mut to_camera, _) = ends[0];
             if surfaces == 1 {
-                to_eye.pdf = 1.0;
+                to_camera.pdf = 1.0;
             }
             let q = to_light.pdf;
             let last = if is_lit {
-                passage(to_eye, to_light)
+                vertex_ratio(to_camera, to_light)
             } else {
                 1.0
             };
             let nee_over_scattering = if is_lit { l / q } else { 0.0 };
             let mut by_scattering = 0.0;
-            if can_be_met {
+            if can_be_hit {
                 let among_two = 1.0 / (1.0 + nee_over_scattering * nee_over_scattering);
-                by_scattering = with_another(among_two, e * ratio * last);
+                by_scattering = power_heuristic_with_third(among_two, e * ratio * last);
             }
             let mut by_nee = 0.0;
             if is_lit {
-                let scattering_over_nee = if can_be_met { q / l } else { 0.0 };
+                let scattering_over_nee = if can_be_hit { q / l } else { 0.0 };
                 let among_two = 1.0 / (1.0 + scattering_over_nee * scattering_over_nee);
-                let at_light = passage(to_eye, End { pdf: l, ..to_light });
-                by_nee = with_another(among_two, e * ratio * at_light);
+                let at_light = vertex_ratio(to_camera, DirectionPdf { pdf: l, ..to_light });
+                by_nee = power_heuristic_with_third(among_two, e * ratio * at_light);
             }
             let sum = by_light_path + by_scattering + by_nee;
             assert!((sum - 1.0).abs() < 1e-4, "{path}: {sum}");
@@ -221,18 +229,23 @@ mod tests {
     fn light_path_gain_is_the_second_moment_reduction() {
         let seed = &mut 11;
         for _ in 0..10_000 {
-            let [a, b, of_camera] = [0; 3].map(|_| 1.0 / number(seed) - 1.0 + number(seed));
+            let [a, b, camera_vertex_ratio] =
+                [0; 3].map(|_| 1.0 / number(seed) - 1.0 + number(seed));
             let ratios = LightRatios {
                 by_scattering: a,
                 by_nee: b,
             };
-            let p = [f64::from(a / of_camera), f64::from(b / of_camera), 1.0];
+            let p = [
+                f64::from(a / camera_vertex_ratio),
+                f64::from(b / camera_vertex_ratio),
+                1.0,
+            ];
             let moment = |p: &[f64]| {
                 let squares: f64 = p.iter().map(|p| p * p).sum();
                 p.iter().map(|p| (p * p / squares).powi(2) / p).sum::<f64>()
             };
             let expected = moment(&p[..2]) - moment(&p);
-            let gain = f64::from(ratios.gain(of_camera));
+            let gain = f64::from(ratios.gain(camera_vertex_ratio));
             assert!((gain - expected).abs() < 1e-5 * moment(&p[..2]).max(1.0));
         }
         let missed = LightRatios {

@@ -9,11 +9,11 @@ use super::super::indirect::Indirect;
 use super::super::observer::{PathObserver, RayKind};
 use super::super::technique::{LightRule, Technique, TechniqueSource};
 use super::block::PathBlock;
-use super::shading::{BsdfLanes, DirectLightLanes, LightPathLanes, StageMemory};
-use super::{PathIntegrator, Walk, first_two};
+use super::shading::{BsdfLanes, DirectLightLanes, LightPathLanes, StageScratch};
+use super::{PathIntegrator, PathWavefront, first_two};
 use crate::bsdf::BsdfValue;
 use crate::effects::{Effects, Slot, State, Switch};
-use crate::light::lanes::End;
+use crate::light::lanes::ShadowRayEndKind;
 use crate::light::types::LightSample;
 use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::{LANES, load, store, vectorised};
@@ -22,7 +22,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vector};
 use crate::planted::planted;
 use crate::sampler::{Decision, LaneStates, Sampler};
-use crate::sampling::mis::with_another;
+use crate::sampling::mis::power_heuristic_with_third;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
 
@@ -30,12 +30,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Samples a light at the surface of each path whose BSDF is not a delta. Returns these lanes.
     pub(super) fn sample_lights<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walk: &mut Walk<'_, S, O>,
+        wavefront: &mut PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
         states: &LaneStates,
     ) -> ActiveLanes<LANES> {
-        let (scene, technique) = (walk.scene, self.technique.technique());
+        let (scene, technique) = (wavefront.scene, self.technique.technique());
         let DirectLightLanes {
             receivers,
             context,
@@ -52,8 +52,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if !lit.any() {
             return lit;
         }
-        let decision = Decision::Light(walk.bounce);
-        let samplers = &mut *walk.samplers;
+        let decision = Decision::Light(wavefront.bounce);
+        let samplers = &mut *wavefront.samplers;
         if E::ManyLights::ON {
             S::draw_lanes(
                 samplers,
@@ -83,18 +83,18 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Computes the contributions of the light samples of `lit`, and their shadow rays.
     ///
     /// `cached` marks lanes whose indirect light is cached: there no scattered ray can hit a light.
-    pub(super) fn reflect_lights<E: Effects, S, O: PathObserver + ?Sized>(
+    pub(super) fn estimate_direct_light<E: Effects, S, O: PathObserver + ?Sized>(
         &self,
-        walk: &mut Walk<'_, S, O>,
+        wavefront: &mut PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
         lit: &ActiveLanes<LANES>,
         cached: &ActiveLanes<LANES>,
     ) {
         if !lit.any() {
             return;
         }
-        let StageMemory {
+        let StageScratch {
             at,
             direct_light,
             light_paths,
@@ -105,16 +105,16 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if E::DeltaLights::ON || E::EnvironmentMap::ON {
             set_other_ends::<E>(at, direct_light);
         }
-        if !walk.observer.is_observing() {
+        if !wavefront.observer.is_observing() {
             return;
         }
         for lane in lit.each() {
             if !direct_light.to_shadow.has(lane) {
-                walk.observer.unlit();
+                wavefront.observer.unlit();
                 continue;
             }
             let (ray, time) = direct_light.shadow.get(lane);
-            walk.observer.traced(RayKind::Shadow, &ray, time);
+            wavefront.observer.traced(RayKind::Shadow, &ray, time);
         }
     }
 }
@@ -139,17 +139,17 @@ vectorised! {
 }
 
 /// The reflected light of a light sample, before its visibility is known.
-struct Reflected {
+struct DirectLightEstimate {
     /// Whether there is any.
     is_lit: bool,
     /// The contribution f |cos| Le / p_light, times the MIS weight.
     contribution: Rgb<LaneVec3>,
     weight: f32,
     /// Whether the light goes through the surface.
-    goes_through: bool,
+    is_transmitted: bool,
 }
 
-/// Computes the contribution of a light sample, weighted against BSDF sampling and, by the ratio `over_nee` of their
+/// Computes the contribution of a light sample, weighted against BSDF sampling and, by the ratio `light_path_over_nee` of their
 /// densities, against light paths. The density of the sample includes the probability `pmf` of selecting the light, and
 /// is infinite for a delta light. Free of branches.
 #[inline(always)]
@@ -159,11 +159,11 @@ fn reflected<E: Effects>(
     pmf: f32,
     (wi, radiance, pdf): (LaneVec3, Rgb<LaneVec3>, f32),
     value: BsdfValue<LaneVec3>,
-    over_nee: State<E::LightPaths, f32>,
-) -> Reflected {
+    light_path_over_nee: State<E::LightPaths, f32>,
+) -> DirectLightEstimate {
     let local = at.frame.to_local(wi);
     // Reflection or transmission in the shading frame must be the same at the geometric surface.
-    let goes_through = goes_through(at, wi);
+    let is_transmitted = is_transmitted(at, wi);
     let is_delta = pdf == f32::INFINITY;
     let (weight, over_pdf) = if technique.lights == LightRule::PartitionedLights {
         (1.0, pmf / pdf)
@@ -179,22 +179,22 @@ fn reflected<E: Effects>(
         (weight, over_pdf)
     };
     let weight = if E::LightPaths::ON {
-        with_another(weight, over_nee.or(0.0))
+        power_heuristic_with_third(weight, light_path_over_nee.or(0.0))
     } else {
         weight
     };
     let cos = planted!("light-without-cosine", 1.0, local.z.abs());
-    Reflected {
-        is_lit: !radiance.is_black() & at.agrees(wi, goes_through) & !value.f.is_black(),
+    DirectLightEstimate {
+        is_lit: !radiance.is_black() & at.agrees(wi, is_transmitted) & !value.f.is_black(),
         contribution: value.f * radiance * (cos * weight * over_pdf),
         weight,
-        goes_through,
+        is_transmitted,
     }
 }
 
 /// Whether light along `wi` goes through the surface.
 #[inline(always)]
-fn goes_through<E: Effects, V: Vector>(at: &Interaction<E, V>, wi: V) -> bool {
+fn is_transmitted<E: Effects, V: Vector>(at: &Interaction<E, V>, wi: V) -> bool {
     at.frame.to_local(wi).z() * at.frame.to_local(at.wo).z() < 0.0
 }
 
@@ -224,11 +224,11 @@ vectorised! {
             let wi = load(&samples.wi, lane);
             let light = (wi, load(&samples.radiance, lane), samples.pdf[lane]);
             let pmf = direct_light.context.pmf[lane];
-            let over_nee = Slot::new(|| light_paths.get().map_or(0.0, |it| it.over_nee[lane]));
-            let found = reflected::<E>(&at, technique, pmf, light, value, over_nee);
-            let ray = at.ray_to_surface(&samples.surface(lane), wi, found.goes_through);
+            let light_path_over_nee = Slot::new(|| light_paths.get().map_or(0.0, |it| it.light_path_over_nee[lane]));
+            let found = reflected::<E>(&at, technique, pmf, light, value, light_path_over_nee);
+            let ray = at.ray_to_surface(&samples.surface(lane), wi, found.is_transmitted);
             let is_in_mask = planted!("ended-paths-sample-lights", true, lit.has(lane));
-            let has_sample = (samples.end[lane] != End::None as u32) & (pmf > 0.0);
+            let has_sample = (samples.end[lane] != ShadowRayEndKind::None as u32) & (pmf > 0.0);
             let is_lit = found.is_lit & is_in_mask & has_sample;
             let beta: Rgb<LaneVec3> = load(&block.beta, lane);
             store(&mut direct_light.contribution, lane, beta * found.contribution);
@@ -245,12 +245,12 @@ vectorised! {
 /// Sets the shadow rays to lights that are not surfaces.
 fn set_other_ends<E: Effects>(at: &InteractionLanes<E>, direct_light: &mut DirectLightLanes) {
     for lane in direct_light.to_shadow.each() {
-        if direct_light.samples.end[lane] == End::Surface as u32 {
+        if direct_light.samples.end[lane] == ShadowRayEndKind::Surface as u32 {
             continue;
         }
         if let Some(LightSample { wi, end, .. }) = direct_light.samples.get(lane) {
             let at: Interaction<E> = at.get(lane);
-            let ray = at.ray_to(&end, wi, goes_through(&at, wi));
+            let ray = at.ray_to(&end, wi, is_transmitted(&at, wi));
             direct_light.shadow.set(lane, &ray);
         }
     }

@@ -8,9 +8,9 @@ use super::super::indirect::Indirect;
 use super::super::observer::{PathObserver, PathVertex};
 use super::super::technique::{EmissionRule, Technique, TechniqueSource};
 use super::block::PathBlock;
-use super::course::toss;
-use super::shading::StageMemory;
-use super::{PathIntegrator, Walk};
+use super::shading::StageScratch;
+use super::simple_techniques::toss;
+use super::{PathIntegrator, PathWavefront};
 use crate::effects::{Effects, Switch};
 use crate::light::types::Receiver;
 use crate::math::lanes::{ActiveLanes, LANES, load, store};
@@ -18,7 +18,7 @@ use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec3;
 use crate::sampler::{Decision, Sampler};
-use crate::sampling::mis::with_another;
+use crate::sampling::mis::power_heuristic_with_third;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
 use crate::scene::{Scene, ShapeTraits};
@@ -28,12 +28,16 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// of paths that end here.
     pub(super) fn add_emission<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walk: &mut Walk<'_, S, O>,
+        wavefront: &mut PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
     ) {
-        let (scene, bounce, technique) = (walk.scene, walk.bounce, self.technique.technique());
-        let (samplers, samples) = (&mut *walk.samplers, &*walk.samples);
+        let (scene, bounce, technique) = (
+            wavefront.scene,
+            wavefront.bounce,
+            self.technique.technique(),
+        );
+        let (samplers, samples) = (&mut *wavefront.samplers, &*wavefront.samples);
         let path = &block.path;
         let u_alpha = |lane: usize| {
             let sampler = &mut samplers[path[lane] as usize];
@@ -47,7 +51,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             }
             _ => f32::INFINITY,
         };
-        let StageMemory { surfaces, at, .. } = stage;
+        let StageScratch { surfaces, at, .. } = stage;
         let found = scene.surface_interactions::<E>(
             &block.active,
             &block.packet,
@@ -57,13 +61,15 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             surfaces,
             at,
         );
-        if walk.observer.is_observing() {
+        if wavefront.observer.is_observing() {
             for lane in block.active.each() {
                 if found.has(lane) {
                     let beta = load(&block.beta, lane);
-                    walk.observer.arrived(&at.vertex(lane), beta);
+                    wavefront.observer.arrived(&at.vertex(lane), beta);
                 } else {
-                    walk.observer.escaped(load(&block.packet.rays.dir, lane));
+                    wavefront
+                        .observer
+                        .escaped(load(&block.packet.rays.dir, lane));
                 }
             }
         }
@@ -75,7 +81,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                     load::<Rgb>(&block.beta, lane) * self.environment(scene, block, lane, dir);
                 block.add(lane, contribution);
             }
-            walk.observer.environment(contribution);
+            wavefront.observer.environment(contribution);
         }
         block.active = found;
         let has_coin = technique.emission != EmissionRule::Always;
@@ -85,14 +91,14 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             at.special_lanes(&found)
         };
         for lane in special.each() {
-            if self.ends_at::<E, S, O>(walk, block, at, lane, technique) {
-                walk.observer.absorbed();
+            if self.ends_at::<E, S, O>(wavefront, block, at, lane, technique) {
+                wavefront.observer.absorbed();
                 block.active.set(lane, false);
             }
         }
         if self.max_bounces.is_some_and(|limit| bounce >= limit) {
             for _ in block.active.each() {
-                walk.observer.absorbed();
+                wavefront.observer.absorbed();
             }
             block.active = ActiveLanes::NONE;
         }
@@ -103,17 +109,17 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     #[inline(always)]
     fn ends_at<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walk: &mut Walk<'_, S, O>,
+        wavefront: &mut PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
         at: &InteractionLanes<E>,
         lane: usize,
         technique: Technique,
     ) -> bool {
-        let scene = walk.scene;
+        let scene = wavefront.scene;
         let (at, beta): (Interaction<E>, Rgb) = (at.get(lane), load(&block.beta, lane));
         let emitted = scene.emitted(&at);
-        let sampler = &mut walk.samplers[block.path[lane] as usize];
-        let coin = toss::<S>(technique, emitted, sampler, walk.bounce);
+        let sampler = &mut wavefront.samplers[block.path[lane] as usize];
+        let coin = toss::<S>(technique, emitted, sampler, wavefront.bounce);
         if let Some(emitted) = emitted {
             let time = block.packet.rays.time[lane];
             let chosen = block.chosen(lane);
@@ -126,12 +132,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 || chosen.is_some() && scene.light_of(&at) == chosen,
             );
             let weight = if E::LightPaths::ON {
-                with_another(weight, self.over_emission(scene, block, lane, &at))
+                power_heuristic_with_third(weight, self.over_emission(scene, block, lane, &at))
             } else {
                 weight
             };
             let contribution = beta * emitted * (weight * coin.taken);
-            walk.observer.emission(contribution, weight);
+            wavefront.observer.emission(contribution, weight);
             block.add(lane, contribution);
         }
         store(&mut block.beta, lane, beta * coin.left);
@@ -161,7 +167,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let mut weight = weight_of_scattering(block, lane, technique, p_light, is_chosen);
             if E::LightPaths::ON {
                 let ratio = self.over_environment(scene, block, lane, dir, light);
-                weight = with_another(weight, ratio);
+                weight = power_heuristic_with_third(weight, ratio);
             }
             radiance += environment.radiance * weight;
         }

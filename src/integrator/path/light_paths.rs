@@ -9,13 +9,13 @@
 
 use super::super::indirect::Indirect;
 use super::super::light_paths::source::density_of_ray;
-use super::super::light_paths::weights::{End, of_camera, passage};
+use super::super::light_paths::weights::{DirectionPdf, camera_vertex_ratio, vertex_ratio};
 use super::super::observer::PathObserver;
 use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
 use super::scattering::replace;
-use super::shading::{LightPathLanes, PrincipledStage, StageMemory};
-use super::{PathIntegrator, Walk};
+use super::shading::{LightPathLanes, PrincipledStage, StageScratch};
+use super::{PathIntegrator, PathWavefront};
 use crate::effects::{Effects, Slot, Switch};
 use crate::geometry::surface::SurfacePoint;
 use crate::light::types::ShadowRayEnd;
@@ -38,16 +38,16 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// of the lanes `lit`.
     pub(super) fn weigh_against_light_paths<E: Effects, S, O: PathObserver + ?Sized>(
         &self,
-        walk: &Walk<'_, S, O>,
+        wavefront: &PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
         lit: &ActiveLanes<LANES>,
     ) {
         if !self.has_light_paths::<E>() {
             return;
         }
-        let scene = walk.scene;
-        if walk.bounce == 0 {
+        let scene = wavefront.scene;
+        if wavefront.bounce == 0 {
             // The surface that the camera sees is connected to the lens, with certainty.
             self.begin_ratios(scene, block, &stage.at);
             if let Some(lanes) = stage.light_paths.get_mut() {
@@ -57,7 +57,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         } else {
             reverse_densities(scene, &block.active, stage, lit);
         }
-        let StageMemory {
+        let StageScratch {
             at,
             direct_light,
             light_paths,
@@ -66,7 +66,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let (Some(lanes), Some(ratios)) = (light_paths.get_mut(), block.light_path_ratio()) else {
             return;
         };
-        lanes.over_nee = [0.0; LANES];
+        lanes.light_path_over_nee = [0.0; LANES];
         for lane in lit.each() {
             let ratio = ratios[lane] * lanes.of_light_samples[lane];
             if ratio == 0.0 || ratio.is_nan() {
@@ -81,17 +81,17 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 direct_light.context.time[lane],
             );
             let e = density_of_ray(scene, light, time, &sample.end, -sample.wi, at.p);
-            let nee = End {
+            let nee = DirectionPdf {
                 pdf: sample
                     .pdf
                     .map_or(direct_light.context.pmf[lane], |pdf| pdf.0),
                 cos: sample.wi.dot(at.ng),
             };
-            let to_eye = End {
+            let to_camera = DirectionPdf {
                 pdf: ratio,
                 cos: at.wo.dot(at.ng),
             };
-            lanes.over_nee[lane] = e * passage(to_eye, nee);
+            lanes.light_path_over_nee[lane] = e * vertex_ratio(to_camera, nee);
         }
     }
 
@@ -115,14 +115,18 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let film = middle.film_point(ray.dir);
             let distance2 = load::<Vec3>(&at.p, lane).distance_squared(ray.origin);
             let ratio = film.map_or(0.0, |film| {
-                of_camera(over_film_density, distance2, film.per_steradian as f32)
+                camera_vertex_ratio(over_film_density, distance2, film.per_steradian as f32)
             });
             block.set_light_path_ratio(lane, ratio);
         }
     }
 
     /// Multiplies the ratios of the paths of a block by the factors of the surfaces that they leave.
-    pub(super) fn pass_ratios<E: Effects>(&self, block: &mut PathBlock<E>, stage: &StageMemory<E>) {
+    pub(super) fn pass_ratios<E: Effects>(
+        &self,
+        block: &mut PathBlock<E>,
+        stage: &StageScratch<E>,
+    ) {
         let (at, scattering) = (&stage.at, &stage.scattering);
         if let (Some(lanes), Some(ratios)) = (stage.light_paths.get(), block.light_path_ratio_mut())
         {
@@ -137,7 +141,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         &self,
         bounce: u32,
         block: &mut PathBlock<E>,
-        stage: &StageMemory<E>,
+        stage: &StageScratch<E>,
     ) {
         if !self.has_light_paths::<E>() {
             return;
@@ -216,10 +220,10 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
 fn reverse_densities<E: Effects>(
     scene: &Scene,
     active: &ActiveLanes<LANES>,
-    stage: &mut StageMemory<E>,
+    stage: &mut StageScratch<E>,
     lit: &ActiveLanes<LANES>,
 ) {
-    let StageMemory {
+    let StageScratch {
         at,
         bsdfs,
         direct_light,
@@ -330,10 +334,10 @@ vectorised! {
         for lane in 0..LANES {
             let at: Interaction<E, LaneVec3> = at.get(lane);
             let wi = at.frame.to_world(load::<LaneVec3>(wi, lane));
-            let to_eye = End { pdf: of_scattered[lane], cos: at.wo.dot(at.ng) };
-            let to_light = End { pdf: pdf[lane], cos: wi.dot(at.ng) };
+            let to_camera = DirectionPdf { pdf: of_scattered[lane], cos: at.wo.dot(at.ng) };
+            let to_light = DirectionPdf { pdf: pdf[lane], cos: wi.dot(at.ng) };
             let is_delta = pdf[lane] == f32::INFINITY;
-            ratios[lane] *= if is_delta { 1.0 } else { passage(to_eye, to_light) };
+            ratios[lane] *= if is_delta { 1.0 } else { vertex_ratio(to_camera, to_light) };
         }
     }
 }

@@ -21,7 +21,6 @@
 //! `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
 
 pub mod block;
-mod course;
 mod direct_light;
 mod emission;
 mod light_paths;
@@ -29,17 +28,18 @@ mod light_walk;
 mod reuse;
 mod scattering;
 mod shading;
+mod simple_techniques;
 
-use super::indirect::{Indirect, Traced};
+use super::indirect::{Indirect, Uncached};
 use super::light_paths::{LightPathSplats, LightPaths};
-use super::observer::{PathObserver, RayKind, Unobserved};
-use super::reuse::Reuse;
+use super::observer::{NullPathObserver, PathObserver, RayKind};
+use super::reuse::PathReuse;
 use super::technique::{DirectionRule, TechniqueSource, Weighted};
 use super::{CameraRay, Integrator, RayCounts, Roulette, SampleLanes};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
 use crate::effects::{Effects, Switch};
-use crate::light::types::{LightChoice, LightSampling, MapRule};
+use crate::light::types::{EnvironmentSampling, LightChoice, LightSampling};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, load};
 use crate::math::rgb::Rgb;
 use crate::planted::planted;
@@ -48,8 +48,8 @@ use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use block::{PathBlock, PathBlocks};
 use light_walk::LightPathStart;
-use reuse::ReuseMemory;
-use shading::StageMemory;
+use reuse::ReuseScratch;
+use shading::StageScratch;
 use std::slice;
 
 /// The number of paths in a wavefront: enough that the last block, which is rarely full, does not count; few enough, at
@@ -58,7 +58,7 @@ pub const WAVEFRONT_SIZE: usize = 512;
 
 /// The path integrator and its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct PathIntegrator<C = Weighted, K = Traced> {
+pub struct PathIntegrator<C = Weighted, K = Uncached> {
     /// The technique by which light is found.
     pub technique: C,
     /// The source of indirect light.
@@ -71,37 +71,37 @@ pub struct PathIntegrator<C = Weighted, K = Traced> {
     pub light_choice: LightChoice,
     /// The density of directions to an environment map; compensated only where every light that light sampling finds is
     /// found by BSDF sampling, too.
-    pub map: MapRule,
+    pub map: EnvironmentSampling,
     /// The light paths that find the same light.
     pub light_paths: LightPaths,
     /// The number of pixels that share their paths.
-    pub reuse: Reuse,
+    pub reuse: PathReuse,
 }
 
 /// The memory of the path integrator: the states of a wavefront of paths, and of the stages of a bounce.
 #[derive(Debug)]
-pub struct PathMemory<E: Effects> {
+pub struct PathScratch<E: Effects> {
     /// The paths.
     pub paths: PathBlocks<E>,
-    stage: StageMemory<E>,
-    reuse: ReuseMemory<E>,
+    stage: StageScratch<E>,
+    reuse: ReuseScratch<E>,
     /// The first rays of light paths, by the indices of their samples.
     starts: Vec<Option<LightPathStart>>,
 }
 
-impl<E: Effects> Default for PathMemory<E> {
+impl<E: Effects> Default for PathScratch<E> {
     fn default() -> Self {
         Self {
             paths: PathBlocks::default(),
-            stage: StageMemory::default(),
-            reuse: ReuseMemory::default(),
+            stage: StageScratch::default(),
+            reuse: ReuseScratch::default(),
             starts: Vec::new(),
         }
     }
 }
 
 impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
-    const SIDE_BY_SIDE: bool = true;
+    const IS_WAVEFRONT: bool = true;
 
     fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
@@ -115,7 +115,7 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         let mut samples = SampleLanes::default();
         samples.add(0, camera_ray, found);
         let (samplers, samples) = (slice::from_mut(sampler), slice::from_mut(&mut samples));
-        let memory = &mut PathMemory::default();
+        let memory = &mut PathScratch::default();
         self.radiances::<E, S, O>(scene, samplers, samples, memory, observer);
         let estimate = samples[0].estimate(0);
         *rays += estimate.rays;
@@ -127,27 +127,27 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [SampleLanes],
-        memory: &mut PathMemory<E>,
+        memory: &mut PathScratch<E>,
         observer: &mut O,
     ) {
         memory.paths.begin(samples);
         if self.reuses::<E>() {
             memory.reuse.begin(samples.len());
         }
-        let walk = Walk {
+        let wavefront = PathWavefront {
             scene,
             samples: &mut *samples,
             samplers,
             observer,
             bounce: 0,
         };
-        self.follow(walk, memory);
+        self.follow(wavefront, memory);
         if self.reuses::<E>() {
             memory.reuse.distribute(samples);
         }
     }
 
-    fn reuse(&self) -> Reuse {
+    fn reuse(&self) -> PathReuse {
         self.reuse
     }
 
@@ -160,7 +160,7 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [SampleLanes],
-        memory: &mut PathMemory<E>,
+        memory: &mut PathScratch<E>,
         splats: &mut LightPathSplats<'_>,
     ) {
         self.walk_from_lights(scene, samplers, samples, memory, splats);
@@ -175,10 +175,10 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// all blocks but one are full, and the rays are traced.
     pub fn follow<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        mut walk: Walk<'_, S, O>,
-        memory: &mut PathMemory<E>,
+        mut wavefront: PathWavefront<'_, S, O>,
+        memory: &mut PathScratch<E>,
     ) {
-        let PathMemory {
+        let PathScratch {
             paths,
             stage,
             reuse,
@@ -187,13 +187,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         stage.direct_light.lights.clear();
         while !paths.is_empty() {
             for block in paths.blocks_mut() {
-                self.advance(&mut walk, block, stage, reuse);
+                self.advance(&mut wavefront, block, stage, reuse);
             }
             paths.compact();
             for block in paths.blocks_mut() {
-                walk.trace_extension_rays(block);
+                wavefront.trace_extension_rays(block);
             }
-            walk.bounce += 1;
+            wavefront.bounce += 1;
         }
     }
 
@@ -201,56 +201,58 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// the paths that continue.
     fn advance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walk: &mut Walk<'_, S, O>,
+        wavefront: &mut PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
-        stage: &mut StageMemory<E>,
-        reuse: &mut ReuseMemory<E>,
+        stage: &mut StageScratch<E>,
+        reuse: &mut ReuseScratch<E>,
     ) {
         let arrived = block.active;
-        self.add_emission(walk, block, stage);
+        self.add_emission(wavefront, block, stage);
         if block.active.any() {
-            self.look_up_bsdfs(walk.scene, block, stage);
+            self.look_up_bsdfs(wavefront.scene, block, stage);
             if self.reuses::<E>() {
-                let StageMemory { at, bsdfs, .. } = &*stage;
-                match walk.bounce {
+                let StageScratch { at, bsdfs, .. } = &*stage;
+                match wavefront.bounce {
                     0 => reuse.keep_first(block, at, bsdfs),
-                    1 => reuse.share(walk.scene, self.reuse, block, at, bsdfs),
+                    1 => reuse.share(wavefront.scene, self.reuse, block, at, bsdfs),
                     _ => {}
                 }
             }
             let mut cached = Cached::NONE;
             if K::CACHES {
-                cached = self.cached_indirect(walk, block, stage);
+                cached = self.cached_indirect(wavefront, block, stage);
             }
-            let states = LaneStates::gather(walk.samplers, &block.active, &block.path);
-            let lit = self.sample_lights(walk, block, stage, &states);
-            let decision = Decision::Bsdf(walk.bounce);
-            self.sample_bsdfs(walk, block, stage, &states, &lit, decision);
-            self.weigh_against_light_paths(walk, block, stage, &lit);
-            self.reflect_lights(walk, block, stage, &lit, &cached.lanes);
-            if walk.observer.is_sequential() {
-                walk.trace_shadow_rays(block, stage);
+            let states = LaneStates::gather(wavefront.samplers, &block.active, &block.path);
+            let lit = self.sample_lights(wavefront, block, stage, &states);
+            let decision = Decision::Bsdf(wavefront.bounce);
+            self.sample_bsdfs(wavefront, block, stage, &states, &lit, decision);
+            self.weigh_against_light_paths(wavefront, block, stage, &lit);
+            self.estimate_direct_light(wavefront, block, stage, &lit, &cached.lanes);
+            if wavefront.observer.is_sequential() {
+                wavefront.trace_shadow_rays(block, stage);
             }
             for lane in cached.lanes.each() {
-                walk.observer.cached_indirect(cached.contributions[lane]);
+                wavefront
+                    .observer
+                    .cached_indirect(cached.contributions[lane]);
                 block.active.set(lane, false);
             }
             let decision = planted!(
                 "roulette-takes-a-spent-number",
-                Decision::Bsdf(walk.bounce),
-                Decision::Roulette(walk.bounce)
+                Decision::Bsdf(wavefront.bounce),
+                Decision::Roulette(wavefront.bounce)
             );
-            self.scatter(walk, block, stage, &states, decision);
-            self.pass_light_path_ratios(walk.bounce, block, stage);
-            if !walk.observer.is_sequential() {
-                walk.trace_shadow_rays(block, stage);
+            self.scatter(wavefront, block, stage, &states, decision);
+            self.pass_light_path_ratios(wavefront.bounce, block, stage);
+            if !wavefront.observer.is_sequential() {
+                wavefront.trace_shadow_rays(block, stage);
             }
             for lane in cached.lanes.each() {
                 block.add(lane, cached.contributions[lane]);
             }
         }
         for lane in arrived.without(&block.active).each() {
-            block.end(lane, walk.samples);
+            block.end(lane, wavefront.samples);
         }
     }
 
@@ -264,36 +266,36 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         hit: Option<Hit>,
         mut find: impl FnMut(&Interaction<E>, &Bsdf, u32) -> Option<T>,
     ) -> Option<T> {
-        let PathMemory { paths, stage, .. } = &mut PathMemory::<E>::default();
+        let PathScratch { paths, stage, .. } = &mut PathScratch::<E>::default();
         let mut samples = SampleLanes::default();
         samples.add(0, camera_ray, hit);
-        let mut walk = Walk {
+        let mut wavefront = PathWavefront {
             scene,
             samples: slice::from_mut(&mut samples),
             samplers: slice::from_mut(sampler),
-            observer: &mut Unobserved,
+            observer: &mut NullPathObserver,
             bounce: 0,
         };
-        paths.begin(walk.samples);
+        paths.begin(wavefront.samples);
         let block = paths.blocks_mut().first_mut()?;
         let mut found = None;
         while block.active.any() {
-            self.add_emission(&mut walk, block, stage);
+            self.add_emission(&mut wavefront, block, stage);
             if block.active.any() {
                 let at: Interaction<E> = stage.at.get(0);
-                found = find(&at, &scene.surface(&at), walk.bounce);
+                found = find(&at, &scene.surface(&at), wavefront.bounce);
                 if found.is_some() {
                     break;
                 }
                 self.look_up_bsdfs(scene, block, stage);
-                let states = LaneStates::gather(walk.samplers, &block.active, &block.path);
+                let states = LaneStates::gather(wavefront.samplers, &block.active, &block.path);
                 let lit = &ActiveLanes::NONE;
-                let decision = Decision::Bsdf(walk.bounce);
-                self.sample_bsdfs(&mut walk, block, stage, &states, lit, decision);
-                let decision = Decision::Roulette(walk.bounce);
-                self.scatter(&mut walk, block, stage, &states, decision);
-                walk.trace_extension_rays(block);
-                walk.bounce += 1;
+                let decision = Decision::Bsdf(wavefront.bounce);
+                self.sample_bsdfs(&mut wavefront, block, stage, &states, lit, decision);
+                let decision = Decision::Roulette(wavefront.bounce);
+                self.scatter(&mut wavefront, block, stage, &states, decision);
+                wavefront.trace_extension_rays(block);
+                wavefront.bounce += 1;
             }
         }
         found
@@ -321,26 +323,28 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         &self,
         scene: &Scene,
         block: &PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
     ) {
         let by_bsdf = self.technique.technique().directions == DirectionRule::Bsdf;
-        let StageMemory { at, bsdfs, .. } = stage;
+        let StageScratch { at, bsdfs, .. } = stage;
         bsdfs.look_up(scene, &block.active, at, K::CACHES || !by_bsdf);
     }
 
     /// Looks up the cached indirect light at the surfaces of a block.
     fn cached_indirect<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walk: &Walk<'_, S, O>,
+        wavefront: &PathWavefront<'_, S, O>,
         block: &PathBlock<E>,
-        stage: &StageMemory<E>,
+        stage: &StageScratch<E>,
     ) -> Cached {
         let mut cached = Cached::NONE;
         let is_limited = self.max_bounces.is_some();
         for lane in block.active.each() {
             let at: Interaction<E> = stage.at.get(lane);
-            let bsdf = walk.scene.surface(&at);
-            let reflected = self.indirect.reflected(&at, &bsdf, walk.bounce, is_limited);
+            let bsdf = wavefront.scene.surface(&at);
+            let reflected = self
+                .indirect
+                .reflected(&at, &bsdf, wavefront.bounce, is_limited);
             if let Some(reflected) = reflected {
                 cached.lanes.set(lane, true);
                 cached.contributions[lane] = load::<Rgb>(&block.beta, lane) * reflected;
@@ -364,7 +368,7 @@ impl Cached {
 }
 
 /// The context of a wavefront of paths, all of which have scattered equally often.
-pub struct Walk<'a, S, O: ?Sized> {
+pub struct PathWavefront<'a, S, O: ?Sized> {
     /// The scene.
     pub scene: &'a Scene,
     /// The samples of the paths.
@@ -377,7 +381,7 @@ pub struct Walk<'a, S, O: ?Sized> {
     pub bounce: u32,
 }
 
-impl<S, O: PathObserver + ?Sized> Walk<'_, S, O> {
+impl<S, O: PathObserver + ?Sized> PathWavefront<'_, S, O> {
     /// Traces the extension rays of a block. Observers see them in the order in which their hits will arrive.
     fn trace_extension_rays<E: Effects>(&mut self, block: &mut PathBlock<E>) {
         let observed = if self.observer.is_observing() {
@@ -399,7 +403,7 @@ impl<S, O: PathObserver + ?Sized> Walk<'_, S, O> {
     fn trace_shadow_rays<E: Effects>(
         &mut self,
         block: &mut PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
     ) {
         let lights = &mut stage.direct_light;
         if !lights.to_shadow.any() {

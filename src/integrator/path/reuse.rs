@@ -23,13 +23,13 @@
 //! the sum over i nor in that over k. Any other path is not shared: it counts for its own pixel alone, with weight one.
 //!
 //! Measure: radiance; densities per area of normalised scene units.
-//! Range: kernels with `Reuse`, of scenes without motion and alpha. A path whose own density is zero or infinite by
+//! Range: kernels with `PathReuse`, of scenes without motion and alpha. A path whose own density is zero or infinite by
 //! rounding is not shared.
 //! Source: Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths"; Veach 1997, section 9.2.
 //! Tested in `tests/rendering/reuse.rs`.
 
 use super::super::SampleLanes;
-use super::super::reuse::Reuse;
+use super::super::reuse::PathReuse;
 use super::block::PathBlock;
 use super::shading::BsdfLanes;
 use crate::accel::lanes::RayLanes;
@@ -75,12 +75,12 @@ impl<E: Effects> Default for SharedPaths<E> {
 
 /// The paths that are shared in a wavefront. The memory is kept.
 #[derive(Debug)]
-pub struct ReuseMemory<E: Effects> {
+pub struct ReuseScratch<E: Effects> {
     packets: Vec<SharedPaths<E>>,
     coupling: Coupling,
 }
 
-impl<E: Effects> Default for ReuseMemory<E> {
+impl<E: Effects> Default for ReuseScratch<E> {
     fn default() -> Self {
         Self {
             packets: Vec::new(),
@@ -109,7 +109,7 @@ struct Second {
     facing: LaneVec3,
 }
 
-impl<E: Effects> ReuseMemory<E> {
+impl<E: Effects> ReuseScratch<E> {
     /// Begins a wavefront of this many packets of samples.
     pub(super) fn begin(&mut self, packets: usize) {
         if self.packets.len() < packets {
@@ -157,7 +157,7 @@ impl<E: Effects> ReuseMemory<E> {
     pub(super) fn share(
         &mut self,
         scene: &Scene,
-        reuse: Reuse,
+        reuse: PathReuse,
         block: &mut PathBlock<E>,
         at: &InteractionLanes<E>,
         bsdfs: &BsdfLanes<E>,

@@ -10,10 +10,10 @@ use super::super::observer::PathObserver;
 use super::super::roulette::Survival;
 use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
-use super::course::sample_direction;
 use super::direct_light::evaluate_diffuse;
-use super::shading::{BsdfLanes, DirectLightLanes, PrincipledStage, ScatteringLanes, StageMemory};
-use super::{PathIntegrator, Walk, first_two};
+use super::shading::{BsdfLanes, DirectLightLanes, PrincipledStage, ScatteringLanes, StageScratch};
+use super::simple_techniques::sample_direction;
+use super::{PathIntegrator, PathWavefront, first_two};
 use crate::bsdf::{BoundBsdf, BsdfSample, BsdfSampleInput, BsdfValue, Lobe, has_lobes};
 use crate::effects::{Effects, Slot, Switch};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
@@ -31,15 +31,15 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// the lanes `lit`.
     pub(super) fn sample_bsdfs<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walk: &mut Walk<'_, S, O>,
+        wavefront: &mut PathWavefront<'_, S, O>,
         block: &PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
         states: &LaneStates,
         lit: &ActiveLanes<LANES>,
         decision: Decision,
     ) {
-        let (scene, technique) = (walk.scene, self.technique.technique());
-        let StageMemory {
+        let (scene, technique) = (wavefront.scene, self.technique.technique());
+        let StageScratch {
             at,
             bsdfs,
             direct_light,
@@ -47,7 +47,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             ..
         } = stage;
         let active = block.active;
-        let samplers = &mut *walk.samplers;
+        let samplers = &mut *wavefront.samplers;
         let numbers = &mut scattering.numbers;
         if has_lobes::<E>() {
             S::draw_lanes(samplers, &active, &block.path, states, decision, numbers);
@@ -57,7 +57,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
         scattering.lobes = [Lobe::Diffuse; LANES];
         let [u, v, _] = scattering.numbers;
-        sample_hemisphere_cosine_lanes(&[u, v], &mut scattering.by_cosine);
+        sample_hemisphere_cosine_lanes(&[u, v], &mut scattering.cosine_direction);
         if lit.any() {
             evaluate_diffuse::<E>(at, bsdfs, direct_light);
         }
@@ -81,7 +81,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let input = BsdfSampleInput {
                 lobe,
                 u: Vec2::new(u, v),
-                by_cosine: load(&scattering.by_cosine, lane),
+                cosine_direction: load(&scattering.cosine_direction, lane),
             };
             let sample = sample_direction::<E>(&bound, technique, &input);
             scattering.set::<E>(lane, &bound, sample);
@@ -92,19 +92,19 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// others. `decision` addresses the random number of Russian roulette.
     pub(super) fn scatter<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walk: &mut Walk<'_, S, O>,
+        wavefront: &mut PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
         states: &LaneStates,
         decision: Decision,
     ) {
-        let scene = walk.scene;
-        let (active, bounce) = (block.active, walk.bounce);
-        let StageMemory { at, scattering, .. } = stage;
+        let scene = wavefront.scene;
+        let (active, bounce) = (block.active, wavefront.bounce);
+        let StageScratch { at, scattering, .. } = stage;
         if self.roulette != Roulette::None {
             let numbers = std::array::from_mut(&mut scattering.roulette);
             S::draw_lanes(
-                walk.samplers,
+                wavefront.samplers,
                 &active,
                 &block.path,
                 states,
@@ -121,23 +121,25 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let at: Interaction<E> = at.get(lane);
             let wi = at.frame.to_world(load(&scattering.wi, lane));
             let time = block.packet.rays.time[lane];
-            let through = scattering.goes_through[lane] != 0;
+            let through = scattering.is_transmitted[lane] != 0;
             let (_, excluded) = scene.spawn(&at, time, wi, through);
             block.excluded.set(lane, Some(excluded));
         }
-        if !walk.observer.is_observing() {
+        if !wavefront.observer.is_observing() {
             return;
         }
         for lane in active.each() {
             if !scattering.scattered.has(lane) {
-                walk.observer.absorbed();
+                wavefront.observer.absorbed();
                 continue;
             }
             let dir = load(&block.packet.rays.dir, lane);
             let beta = load(&scattering.beta, lane);
-            walk.observer.scattered(dir, scattering.lobes[lane], beta);
+            wavefront
+                .observer
+                .scattered(dir, scattering.lobes[lane], beta);
             if !block.active.has(lane) {
-                walk.observer.terminated(scattering.survival[lane]);
+                wavefront.observer.terminated(scattering.survival[lane]);
             }
         }
     }
@@ -175,14 +177,14 @@ fn sample_principled<E: Effects>(
         }
         replace(active, &mut direct_light.pdf_bsdf, pdf);
     }
-    let (numbers, by_cosine) = (&scattering.numbers, &scattering.by_cosine);
+    let (numbers, cosine_direction) = (&scattering.numbers, &scattering.cosine_direction);
     let sample_multiple = |lane: usize, u: Vec2| {
         let at: Interaction<E> = at.get(lane);
         let bsdf = scene.material(at.id).rough::<E>(at.uv.or(Vec2::ZERO));
         let (bsdf, _) = bsdf.expect("it was looked up before");
         bsdf.sample_multiple(u)
     };
-    bsdfs.sample(active, numbers, by_cosine, sample_multiple, sampled);
+    bsdfs.sample(active, numbers, cosine_direction, sample_multiple, sampled);
     mirror_down(wo, &mut sampled.wi, scattering, active);
     bsdfs.eval(&sampled.wi, f, pdf);
     weigh(active, &sampled.wi, f, pdf, scattering);
@@ -278,9 +280,9 @@ impl ScatteringLanes {
         store(&mut self.weight, lane, sample.weight);
         self.pdf[lane] = sample.pdf.map_or(f32::INFINITY, |pdf| pdf.0);
         self.lobes[lane] = sample.lobe;
-        let goes_through = E::Transmission::ON && sample.lobe.is_transmission();
-        self.goes_through[lane] = u32::from(goes_through);
-        if goes_through {
+        let is_transmitted = E::Transmission::ON && sample.lobe.is_transmission();
+        self.is_transmitted[lane] = u32::from(is_transmitted);
+        if is_transmitted {
             let ior = view.bsdf().ior();
             let eta = if view.wo().z > 0.0 { ior } else { 1.0 / ior };
             self.eta2[lane] = eta * eta;
@@ -298,13 +300,13 @@ vectorised! {
         for lane in 0..LANES {
             let at: Interaction<E, LaneVec3> = at.get(lane);
             let wo = at.frame.to_local(at.wo);
-            let by_cosine = load(&scattering.by_cosine, lane);
-            let sample = bsdfs.diffuse(lane).sample_cosine(wo, by_cosine);
+            let cosine_direction = load(&scattering.cosine_direction, lane);
+            let sample = bsdfs.diffuse(lane).sample_cosine(wo, cosine_direction);
             scattering.sampled.set(lane, wo.z != 0.0);
             store(&mut scattering.wi, lane, sample.wi);
             store(&mut scattering.weight, lane, sample.weight);
             scattering.pdf[lane] = sample.pdf.map_or(0.0, |pdf| pdf.0);
-            scattering.goes_through[lane] = 0;
+            scattering.is_transmitted[lane] = 0;
             scattering.eta2[lane] = 1.0;
         }
     }
@@ -327,10 +329,10 @@ vectorised! {
             let wi = at.frame.to_world(load(&scattering.wi, lane));
             // A direction sampled about the shading normal may be on the wrong side of the geometric surface: light would
             // leak.
-            let goes_through = E::Transmission::ON && scattering.goes_through[lane] != 0;
+            let is_transmitted = E::Transmission::ON && scattering.is_transmitted[lane] != 0;
             let is_scattered = active.has(lane)
                 & scattering.sampled.has(lane)
-                & at.agrees(wi, goes_through);
+                & at.agrees(wi, is_transmitted);
             let weight: Rgb<LaneVec3> = load(&scattering.weight, lane);
             let mut beta: Rgb<LaneVec3> = load(&block.beta, lane);
             beta *= weight;
@@ -357,7 +359,7 @@ vectorised! {
             store(&mut block.beta, lane, beta);
             let pdf = scattering.pdf[lane];
             block.set_from_normal(lane, of_lanes.receiver_normal(lane));
-            block.leave(lane, &at, wi, pdf, goes_through);
+            block.leave(lane, &at, wi, pdf, is_transmitted);
             let continues = is_scattered & !ends;
             block.active.set(lane, continues);
             block.count_rays(lane, continues, false);

@@ -17,12 +17,12 @@ use crate::math::vec::{LaneVec3, Vec2};
 use crate::planted::planted;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
-use crate::scene::interaction::lanes::{InteractionLanes, SurfaceMemory};
+use crate::scene::interaction::lanes::{InteractionLanes, SurfaceScratch};
 
 /// The memory of the stages of a bounce.
 #[derive(Debug)]
-pub struct StageMemory<E: Effects> {
-    pub surfaces: SurfaceMemory<E>,
+pub struct StageScratch<E: Effects> {
+    pub surfaces: SurfaceScratch<E>,
     /// The surface interactions.
     pub at: InteractionLanes<E>,
     pub bsdfs: BsdfLanes<E>,
@@ -31,10 +31,10 @@ pub struct StageMemory<E: Effects> {
     pub light_paths: State<E::LightPaths, LightPathLanes>,
 }
 
-impl<E: Effects> Default for StageMemory<E> {
+impl<E: Effects> Default for StageScratch<E> {
     fn default() -> Self {
         Self {
-            surfaces: SurfaceMemory::default(),
+            surfaces: SurfaceScratch::default(),
             at: InteractionLanes::default(),
             bsdfs: BsdfLanes::default(),
             direct_light: DirectLightLanes::default(),
@@ -94,7 +94,7 @@ pub struct ScatteringLanes {
     /// The random numbers of Russian roulette.
     pub roulette: Lanes<f32>,
     /// The cosine-weighted directions of the random numbers.
-    pub by_cosine: Lanes3,
+    pub cosine_direction: Lanes3,
     /// The lanes with a sample.
     pub sampled: ActiveLanes<LANES>,
     /// The directions in the shading frames.
@@ -103,7 +103,7 @@ pub struct ScatteringLanes {
     pub weight: Lanes3,
     pub pdf: Lanes<f32>,
     /// Whether the direction goes through the surface, and the squared ratio of the refractive indices then.
-    pub goes_through: Lanes<u32>,
+    pub is_transmitted: Lanes<u32>,
     pub eta2: Lanes<f32>,
     /// The lobes of samples; diffuse for diffuse surfaces.
     pub lobes: [Lobe; LANES],
@@ -119,12 +119,12 @@ impl Default for ScatteringLanes {
         Self {
             numbers: [zero; 3],
             roulette: zero,
-            by_cosine: [zero; 3],
+            cosine_direction: [zero; 3],
             sampled: ActiveLanes::NONE,
             wi: [zero; 3],
             weight: [zero; 3],
             pdf: zero,
-            goes_through: [0; LANES],
+            is_transmitted: [0; LANES],
             eta2: zero,
             lobes: [Lobe::Diffuse; LANES],
             scattered: ActiveLanes::NONE,
@@ -143,7 +143,7 @@ pub struct LightPathLanes {
     /// Those of light paths that arrive against the sampled directions.
     pub of_scattered: Lanes<f32>,
     /// The ratios of the densities of a light path and of light sampling, for the light samples.
-    pub over_nee: Lanes<f32>,
+    pub light_path_over_nee: Lanes<f32>,
 }
 
 impl Default for LightPathLanes {
@@ -152,7 +152,7 @@ impl Default for LightPathLanes {
         Self {
             of_light_samples: zero,
             of_scattered: zero,
-            over_nee: zero,
+            light_path_over_nee: zero,
         }
     }
 }

@@ -25,14 +25,14 @@
 use crate::film::batches::BATCHES;
 use crate::film::{Film, PixelEstimate};
 use crate::planted::planted;
-use crate::render::settings::MOST_SPP;
+use crate::render::settings::MAX_SPP;
 
 /// The largest distance of neighbours in rows and columns: 24 of the other colour.
 const REACH: usize = 3;
 
 /// The least share of a pixel, relative to the mean, before shares are scaled to the mean 1: the pilot may have missed
 /// light in the pixel and in all its neighbours.
-const LEAST_SHARE: f64 = 0.125;
+const MIN_SHARE: f64 = 0.125;
 
 /// The allocation of samples to the pixels.
 #[derive(Debug, Clone)]
@@ -147,7 +147,7 @@ impl Allocation {
             for (place, &index) in (0_u32..).zip(&group.pixels) {
                 let wanted = self.wanted(index, rate) / BATCHES as f64;
                 let rounds = (wanted + threshold(place)).floor();
-                counts[index] = (rounds as u64).saturating_mul(BATCHES).min(MOST_SPP);
+                counts[index] = (rounds as u64).saturating_mul(BATCHES).min(MAX_SPP);
             }
         }
         counts
@@ -250,7 +250,7 @@ fn shares(mut shares: Vec<f64>, colours: &[Vec<usize>; 2]) -> Vec<f64> {
         let mean = |shares: &[f64]| {
             pixels.iter().map(|&index| shares[index]).sum::<f64>() / pixels.len().max(1) as f64
         };
-        let least = LEAST_SHARE * mean(&shares);
+        let least = MIN_SHARE * mean(&shares);
         for &index in pixels {
             shares[index] = shares[index].max(least);
         }

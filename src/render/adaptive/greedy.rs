@@ -14,7 +14,7 @@ use super::SampleAllocation;
 use crate::film::Film;
 
 /// Assigns `samples` more to those pixels whose own relative error is above `target`.
-pub fn deal(film: &Film, target: f64, samples: u64) -> SampleAllocation {
+pub fn allocate(film: &Film, target: f64, samples: u64) -> SampleAllocation {
     let mut counts = film.sample_counts();
     let mean = film.mean().iter().sum::<f64>() / 3.0;
     let epsilon = 0.01 * mean * mean;

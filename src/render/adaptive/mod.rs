@@ -8,7 +8,7 @@
 pub mod allocation;
 mod greedy;
 
-use super::settings::{Adaptive, LARGEST_SHARE_OF_PILOT, PILOT, RenderSettings, SHARE_OF_PILOT};
+use super::settings::{Adaptive, MAX_SHARE_OF_PILOT, PILOT, RenderSettings, SHARE_OF_PILOT};
 use crate::film::Film;
 use allocation::Allocation;
 use std::ops::Range;
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Whether a pilot of `level` samples per pixel, which has used up the share `used` of the budget, is long enough.
 fn is_over(level: u64, used: f64) -> bool {
     let uses = |share: u64| used * share as f64 >= 1.0;
-    uses(LARGEST_SHARE_OF_PILOT) || (level >= PILOT && uses(SHARE_OF_PILOT))
+    uses(MAX_SHARE_OF_PILOT) || (level >= PILOT && uses(SHARE_OF_PILOT))
 }
 
 /// The samples of the next pass.
@@ -95,7 +95,7 @@ impl SampleAllocator {
 
     /// The samples that bring a part of a render from one level to the next. `firsts` are the counts of the render at
     /// the first level of the part. Pixels that have more already, from an interrupted pass, keep it.
-    pub fn deal(&self, film: &Film, firsts: &[u64], levels: Range<u64>) -> SampleAllocation {
+    pub fn allocate(&self, film: &Film, firsts: &[u64], levels: Range<u64>) -> SampleAllocation {
         match self {
             Self::Evenly => SampleAllocation::Evenly,
             Self::Pilot | Self::ByPilot(_) => {
@@ -106,7 +106,7 @@ impl SampleAllocator {
                 }
                 SampleAllocation::UpTo(counts)
             }
-            Self::Greedy(target) => greedy::deal(film, *target, levels.end - levels.start),
+            Self::Greedy(target) => greedy::allocate(film, *target, levels.end - levels.start),
         }
     }
 }

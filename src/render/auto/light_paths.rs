@@ -53,7 +53,7 @@ pub struct LightPathChoice {
 impl LightPathChoice {
     /// The ratio of variances above which light paths pay: a pilot that has not met the rarest paths measures less than there
     /// is.
-    pub const LEAST_RATIO: f64 = 1.25;
+    pub const MIN_RATIO: f64 = 1.25;
 }
 
 /// Chooses the number of light paths for settings by which it follows from the scene; `None` where no pilot is needed.
@@ -100,7 +100,7 @@ pub fn choose(
     let sums = (tiles.iter_mut().collect(), splats, Some(&gains));
     take_samples(&scene, threads, &pilot, sums, observer)?;
     let ratio = ratio_of_variances(&film, &gains);
-    let share = if ratio > LightPathChoice::LEAST_RATIO {
+    let share = if ratio > LightPathChoice::MIN_RATIO {
         SHARE
     } else {
         LightPathShare::None

@@ -28,7 +28,7 @@ use crate::sampler::hash;
 use crate::scene::Scene;
 pub use light_paths::LightPathChoice;
 use pilot::Pilot;
-pub use reuse::ReuseChoice;
+pub use reuse::PathReuseChoice;
 pub use rule::Candidate;
 use rule::{Facts, choose};
 pub use window::WindowChoice;
@@ -65,7 +65,7 @@ pub struct PathChoices {
     /// The number of light paths.
     pub light_paths: Option<LightPathChoice>,
     /// The number of pixels that share their paths.
-    pub reuse: Option<ReuseChoice>,
+    pub reuse: Option<PathReuseChoice>,
     /// The weight window of roulette.
     pub window: Option<WindowChoice>,
 }

@@ -4,8 +4,8 @@
 //! Range: any tiles of films without a footprint.
 //! Source: none needed. Tested through the pilots.
 
-use super::super::camera_rays::CameraRaySource;
 use super::super::dispatch;
+use super::super::sample_wavefront::CameraRaySource;
 use super::super::settings::RenderSettings;
 use super::super::tally::Tally;
 use super::super::tile::{PassJob, SampleRange, SampleSource};

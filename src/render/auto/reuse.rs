@@ -8,7 +8,7 @@
 //! Range: renders by `path` without light paths, of scenes without motion and alpha.
 //! Source: none: measured (docs/accuracy.md, "Paths shared by pixels"). Tested in `tests/rendering/reuse.rs`.
 
-use super::super::settings::{Budget, RenderSettings, ReuseRule, SamplerKind};
+use super::super::settings::{Budget, PathReuseRule, RenderSettings, SamplerKind};
 use super::super::{RenderInput, RenderObserver, Threads, dispatch};
 use super::pass::{relative_weights, take_samples};
 use super::{may_have, takes_other_paths};
@@ -18,7 +18,7 @@ use crate::film::{Film, Window};
 use crate::image::Image;
 use crate::integrator::RayCounts;
 use crate::integrator::light_paths::LightPathShare;
-use crate::integrator::reuse::Reuse;
+use crate::integrator::reuse::PathReuse;
 use serde::Serialize;
 
 /// The number of windows in a row and in a column, if the image is large enough.
@@ -34,7 +34,7 @@ const SPP: u64 = 8;
 const SEED: u64 = 0x7265_7573_6500;
 
 /// The gain in a pilot from which on paths are shared: the noise of neighbours is alike then, which has to pay.
-const LEAST_GAIN: f64 = 1.25;
+const MIN_GAIN: f64 = 1.25;
 
 /// The cost of a shadow ray that shares a path, relative to that of a ray of a path: up to sixteen go to one point as a
 /// packet. Measured: 0.2 to 0.6 in groups of 16 pixels, 0.6 to 1.5 in groups of 4 (cornell-box, suzanne-room, ajar-door).
@@ -42,9 +42,9 @@ const SHARING_RAY: f64 = 0.4;
 
 /// The choice of a number of pixels that share their paths, and its reason.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct ReuseChoice {
+pub struct PathReuseChoice {
     /// The number of pixels.
-    pub reuse: Reuse,
+    pub reuse: PathReuse,
     /// The squared error of as many samples without shared paths, over that with them, in the best of the pilots; 1 where
     /// nothing varies.
     pub ratio: f64,
@@ -62,8 +62,8 @@ pub fn choose(
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
-) -> Result<Option<ReuseChoice>> {
-    let may_pay = settings.reuse == ReuseRule::Auto
+) -> Result<Option<PathReuseChoice>> {
+    let may_pay = settings.reuse == PathReuseRule::Auto
         && takes_other_paths(settings)
         && may_have(settings, Effect::Reuse)
         && settings.light_path_share() == LightPathShare::None
@@ -73,14 +73,14 @@ pub fn choose(
         return Ok(None);
     }
     let windows = windows(view.size);
-    let pilot = |reuse: Reuse| -> Result<(Vec<f64>, RayCounts)> {
+    let pilot = |reuse: PathReuse| -> Result<(Vec<f64>, RayCounts)> {
         let pilot = RenderSettings {
             // Shards and renders with other seeds have to make the same choice.
             seed: SEED,
             // Variances of single samples add up.
             sampler: SamplerKind::Independent,
             budget: Budget::samples(SPP),
-            reuse: ReuseRule::Pixels(reuse),
+            reuse: PathReuseRule::Pixels(reuse),
             kernel: None,
             ..settings.clone()
         };
@@ -90,15 +90,15 @@ pub fn choose(
         let rays = take_samples(view.scene, threads, &pilot, (tiles, None, None), observer)?;
         Ok((squared_errors(&films), rays))
     };
-    let (errors_alone, rays_alone) = pilot(Reuse::Off)?;
+    let (errors_alone, rays_alone) = pilot(PathReuse::Off)?;
     let cost_alone = rays_alone.total() as f64;
     let mut choices = vec![];
-    for reuse in [Reuse::Four, Reuse::Sixteen] {
+    for reuse in [PathReuse::Four, PathReuse::Sixteen] {
         let (errors, rays) = pilot(reuse)?;
         let sharing = rays.total() as f64 - cost_alone;
         let cost = cost_alone + SHARING_RAY * sharing;
         let ratio = cautious_ratio(&errors_alone, &errors);
-        choices.push(ReuseChoice {
+        choices.push(PathReuseChoice {
             reuse,
             ratio,
             gain: ratio * cost_alone / cost,
@@ -106,12 +106,12 @@ pub fn choose(
     }
     let best = choices.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
     Ok(best.map(|best| {
-        let reuse = if best.gain >= LEAST_GAIN {
+        let reuse = if best.gain >= MIN_GAIN {
             best.reuse
         } else {
-            Reuse::Off
+            PathReuse::Off
         };
-        ReuseChoice { reuse, ..best }
+        PathReuseChoice { reuse, ..best }
     }))
 }
 

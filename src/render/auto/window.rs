@@ -44,7 +44,7 @@ pub struct WindowChoice {
 
 impl WindowChoice {
     /// The ratio of the numbers of rays up to which the smaller window is chosen.
-    pub const MOST_RAYS: f64 = 1.15;
+    pub const MAX_RAYS: f64 = 1.15;
 }
 
 /// Chooses a rule of roulette for settings that name none.
@@ -61,7 +61,7 @@ pub fn choose(
         && settings.roulette.is_none()
         && settings.integrator == IntegratorKind::Path
         && settings.most_bounces().is_none_or(|most| most > 1);
-    let smaller = WeightWindow::one_part_in(SMALLER).filter(|_| is_open);
+    let smaller = WeightWindow::reciprocal_of(SMALLER).filter(|_| is_open);
     let Some(smaller) = smaller.map(Roulette::Window) else {
         return Ok(None);
     };
@@ -105,7 +105,7 @@ pub fn choose(
     };
     let usual = settings.roulette();
     let rays_of_smaller = rays(smaller)? / rays(usual)?;
-    let is_cheap = rays_of_smaller <= WindowChoice::MOST_RAYS;
+    let is_cheap = rays_of_smaller <= WindowChoice::MAX_RAYS;
     Ok(Some(WindowChoice {
         roulette: if is_cheap { smaller } else { usual },
         rays_of_smaller,

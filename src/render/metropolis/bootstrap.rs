@@ -10,7 +10,7 @@
 //! Source: Veach 1997, section 11.3.1; Kitagawa 1996 for choosing at equal distances. Tested below and in
 //! `tests/rendering/metropolis.rs`.
 
-use super::{CANCEL_INTERVAL, ChainContext, ChainPath, Evaluation, first_or_last};
+use super::{CANCEL_INTERVAL, ChainContext, ChainPath, Evaluation, run_matte_or_everything};
 use crate::film::splats::Strategy;
 use crate::planted::planted;
 use crate::render::tally::Tally;
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 /// The number of steps of a round per bootstrap sample ...
 const STEPS_PER_SAMPLE: u64 = 8;
 /// ... of which there are at least this many.
-const LEAST_SAMPLES: u64 = 256;
+const MIN_SAMPLES: u64 = 256;
 
 /// A path at which a chain may start.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +44,7 @@ pub struct Bootstrap {
 impl Bootstrap {
     /// Evaluates the independent samples of a round with `steps` steps.
     pub fn evaluate(context: &ChainContext<'_>, seed: u64, steps: u64) -> (Self, Tally) {
-        let samples = (steps / STEPS_PER_SAMPLE).max(LEAST_SAMPLES);
+        let samples = (steps / STEPS_PER_SAMPLE).max(MIN_SAMPLES);
         let mut bootstrap = Self {
             seed,
             samples,
@@ -57,7 +57,7 @@ impl Bootstrap {
             for sample in all.take_while(|_| !(context.is_cancelled)()) {
                 let point = bootstrap.point(sample as u32);
                 let (found, of_look) =
-                    first_or_last(context.kernel, Evaluation(context, None, point));
+                    run_matte_or_everything(context.kernel, Evaluation(context, None, point));
                 tally.merge(of_look);
                 paths.extend(found.iter().map(|it| Start::new(sample as u32, it)));
             }

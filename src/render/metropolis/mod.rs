@@ -26,7 +26,7 @@
 mod bootstrap;
 mod chain;
 
-use super::dispatch::first_or_last;
+use super::dispatch::run_matte_or_everything;
 use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::kernel::KernelJob;
 use crate::effects::{Effects, Kernel, Switch};
@@ -36,7 +36,7 @@ use crate::film::filter::Filter;
 use crate::film::splats::{Splats, Strategy};
 use crate::integrator::CameraRay;
 use crate::integrator::bidirectional::{Bidirectional, Contribution};
-use crate::integrator::observer::Unobserved;
+use crate::integrator::observer::NullPathObserver;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::sampler::{Decision, Primary, Sampler, hash};
@@ -50,7 +50,7 @@ const ROUND: u64 = 1 << 17;
 const LENGTH: u64 = 128;
 
 /// The least number of chains in a round.
-const LEAST_CHAINS: u64 = 128;
+const MIN_CHAINS: u64 = 128;
 
 /// The number of steps, or of bootstrap samples, between checks for cancellation.
 const CANCEL_INTERVAL: u64 = 256;
@@ -126,7 +126,7 @@ impl ChainContext<'_> {
             return tally;
         }
         let mean = bootstrap.mean();
-        let count = (steps / LENGTH).max(LEAST_CHAINS);
+        let count = (steps / LENGTH).max(MIN_CHAINS);
         let chosen = bootstrap.choose(count, hash::combine(seed, u64::MAX - 1));
         let chains = (0..count as u32).into_par_iter().with_max_len(1);
         let of_chains = chains.map(u64::from).map(|chain| {
@@ -140,7 +140,7 @@ impl ChainContext<'_> {
                 start: chosen.get(chain as usize).copied(),
                 bootstrap: &bootstrap,
             };
-            let (own_steps, tally) = first_or_last(self.kernel, job);
+            let (own_steps, tally) = run_matte_or_everything(self.kernel, job);
             self.splats.add_paths(batch, own_steps);
             walked(own_steps);
             tally
@@ -176,7 +176,10 @@ impl ChainContext<'_> {
                 integrator.by_strategy::<E, _>(by, scene, sampler, &camera_ray, rays, &reaches);
             found.into_iter().flatten().for_each(take);
         } else {
-            let (found, observer) = (scene.accel.intersect(&ray, time, None), &mut Unobserved);
+            let (found, observer) = (
+                scene.accel.intersect(&ray, time, None),
+                &mut NullPathObserver,
+            );
             integrator.contributions::<E, _, _>(
                 scene,
                 sampler,

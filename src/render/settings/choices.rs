@@ -6,7 +6,7 @@
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_flags.rs`.
 
 use crate::integrator::light_paths::LightPathShare;
-use crate::integrator::reuse::Reuse;
+use crate::integrator::reuse::PathReuse;
 use serde::Serialize;
 
 /// The source of random numbers.
@@ -68,21 +68,21 @@ impl LightPathRule {
 
 /// The number of pixels that share their paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub enum ReuseRule {
+pub enum PathReuseRule {
     /// A number that a pilot chooses for the scene.
     #[default]
     Auto,
     /// This number.
-    Pixels(Reuse),
+    Pixels(PathReuse),
 }
 
-impl ReuseRule {
+impl PathReuseRule {
     /// Every rule.
     pub const ALL: &'static [Self] = &[
         Self::Auto,
-        Self::Pixels(Reuse::Off),
-        Self::Pixels(Reuse::Four),
-        Self::Pixels(Reuse::Sixteen),
+        Self::Pixels(PathReuse::Off),
+        Self::Pixels(PathReuse::Four),
+        Self::Pixels(PathReuse::Sixteen),
     ];
 
     /// The name in scenes and on the command line.

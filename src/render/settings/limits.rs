@@ -12,7 +12,7 @@ use std::time::Duration;
 pub const PILOT: u64 = 64;
 
 /// The pilot ends at the latest when one part in this many of the budget is used up ...
-pub const LARGEST_SHARE_OF_PILOT: u64 = 4;
+pub const MAX_SHARE_OF_PILOT: u64 = 4;
 
 /// ... and continues up to one part in this many: a longer pilot estimates better, and no pixel gets fewer samples in
 /// the end.
@@ -56,7 +56,7 @@ impl Budget {
             } else {
                 spp.div_ceil(SHARE_OF_PILOT)
             };
-            PILOT.min(spp.div_ceil(LARGEST_SHARE_OF_PILOT)).max(long)
+            PILOT.min(spp.div_ceil(MAX_SHARE_OF_PILOT)).max(long)
         });
         samples.max(1).next_multiple_of(BATCHES)
     }

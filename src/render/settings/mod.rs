@@ -11,11 +11,11 @@ mod of_scene;
 mod rules;
 mod validate;
 
-pub use choices::{Adaptive, LightPathRule, ReuseRule, SamplerKind};
+pub use choices::{Adaptive, LightPathRule, PathReuseRule, SamplerKind};
 pub use limits::{Budget, ErrorTarget};
-pub(super) use limits::{LARGEST_SHARE_OF_PILOT, PILOT, SHARE_OF_PILOT};
+pub(super) use limits::{MAX_SHARE_OF_PILOT, PILOT, SHARE_OF_PILOT};
 pub use of_scene::DEFAULT_CACHE_ERROR;
-pub use validate::MOST_SPP;
+pub use validate::MAX_SPP;
 
 use crate::effects::Kernel;
 use crate::film::Window;
@@ -23,7 +23,7 @@ use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
-use crate::integrator::reuse::Reuse;
+use crate::integrator::reuse::PathReuse;
 use crate::light::types::LightChoice;
 use serde::Serialize;
 
@@ -58,7 +58,7 @@ pub struct RenderSettings {
     /// The number of light paths for each camera path of `path`.
     pub light_paths: LightPathRule,
     /// The number of pixels that share their paths, in renders by `path`: see [`Self::reuse`].
-    pub reuse: ReuseRule,
+    pub reuse: PathReuseRule,
     /// The estimator of the filter, where both are possible: see [`Self::reach`].
     pub filter_sampling: FilterSampling,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
@@ -95,7 +95,7 @@ impl RenderSettings {
             has_window_pilot: false,
             light_choice: None,
             light_paths: LightPathRule::Share(LightPathShare::None),
-            reuse: ReuseRule::Pixels(Reuse::Off),
+            reuse: PathReuseRule::Pixels(PathReuse::Off),
             filter_sampling: FilterSampling::Importance,
             occlusion_distance: None,
             cache_error: DEFAULT_CACHE_ERROR,

@@ -4,13 +4,13 @@
 //! Range: any loaded scene; an unknown name is an error with its file, line and the nearest valid name.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
-use super::{Adaptive, LightPathRule, RenderSettings, ReuseRule, SamplerKind};
+use super::{Adaptive, LightPathRule, PathReuseRule, RenderSettings, SamplerKind};
 use crate::error::{Error, Result};
 use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
-use crate::integrator::roulette::NoRoulette;
-use crate::scene::description::{SceneDescription, Written};
+use crate::integrator::roulette::ParseRouletteError;
+use crate::scene::description::{SceneDescription, WithLine};
 use crate::scene::load::unknown_name;
 
 /// The default number of samples per pixel.
@@ -35,7 +35,7 @@ impl RenderSettings {
         let roulette = roulette_of(description)?;
         let rules = LightPathRule::ALL.iter().map(|&rule| (rule.name(), rule));
         let light_paths = chosen(description, "light_paths", &render.light_paths, rules)?;
-        let rules = ReuseRule::ALL.iter().map(|&rule| (rule.name(), rule));
+        let rules = PathReuseRule::ALL.iter().map(|&rule| (rule.name(), rule));
         let reuse = chosen(description, "reuse", &render.reuse, rules)?;
         let spp = render.spp.unwrap_or(DEFAULT_SPP);
         Ok(Self {
@@ -60,7 +60,7 @@ impl RenderSettings {
 fn chosen<T>(
     description: &SceneDescription,
     key: &str,
-    wanted: &Option<Written<String>>,
+    wanted: &Option<WithLine<String>>,
     mut all: impl Iterator<Item = (&'static str, T)> + Clone,
 ) -> Result<Option<T>> {
     let Some(wanted) = wanted else {
@@ -83,8 +83,8 @@ fn roulette_of(description: &SceneDescription) -> Result<Option<Roulette>> {
     };
     let roulette = wanted.value.parse().map_err(|error| {
         let message = match error {
-            NoRoulette::Name => unknown_name("name", &wanted.value, Roulette::NAMES),
-            NoRoulette::Window => error.to_string(),
+            ParseRouletteError::Name => unknown_name("name", &wanted.value, Roulette::NAMES),
+            ParseRouletteError::Window => error.to_string(),
         };
         Error::scene(message)
             .in_file(&description.file)

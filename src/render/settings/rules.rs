@@ -5,7 +5,7 @@
 //! Range: valid settings.
 //! Source: docs/architecture.md. Tested below, in `tests/rendering/filters.rs` and `tests/rendering/light_paths.rs`.
 
-use super::{Adaptive, LightPathRule, RenderSettings, ReuseRule};
+use super::{Adaptive, LightPathRule, PathReuseRule, RenderSettings};
 use crate::effects::{Effect, EffectSet};
 use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterSampling};
@@ -13,8 +13,8 @@ use crate::film::footprint::Footprint;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
-use crate::integrator::reuse::Reuse;
-use crate::light::types::{LightChoice, MapRule};
+use crate::integrator::reuse::PathReuse;
+use crate::light::types::{EnvironmentSampling, LightChoice};
 use crate::planted::planted;
 
 impl RenderSettings {
@@ -97,21 +97,21 @@ impl RenderSettings {
     /// The number of pixels that share their paths: one but by `path` with equal sample counts and without light paths,
     /// whose weights take each path as its own pixel's. Where a number is asked for, `--light-paths auto` has none. One by
     /// `auto`, which has to be replaced before a scene is rendered (`render/auto/`).
-    pub fn reuse(&self) -> Reuse {
+    pub fn reuse(&self) -> PathReuse {
         let may_share = self.integrator == IntegratorKind::Path
             && self.adaptive == Adaptive::Off
             && self.light_path_share() == LightPathShare::None;
         match self.reuse {
-            ReuseRule::Pixels(reuse) if may_share => reuse,
-            _ => Reuse::Off,
+            PathReuseRule::Pixels(reuse) if may_share => reuse,
+            _ => PathReuse::Off,
         }
     }
 
     /// The settings with a number of pixels that share their paths in place of `auto`: with one, if none was chosen.
-    pub fn with_reuse(&self, chosen: Option<Reuse>) -> Self {
+    pub fn with_reuse(&self, chosen: Option<PathReuse>) -> Self {
         let mut settings = self.clone();
-        if settings.reuse == ReuseRule::Auto {
-            settings.reuse = ReuseRule::Pixels(chosen.unwrap_or_default());
+        if settings.reuse == PathReuseRule::Auto {
+            settings.reuse = PathReuseRule::Pixels(chosen.unwrap_or_default());
         }
         settings
     }
@@ -122,7 +122,7 @@ impl RenderSettings {
         Self {
             layers: true,
             filter_sampling: FilterSampling::Importance,
-            reuse: ReuseRule::Pixels(Reuse::Off),
+            reuse: PathReuseRule::Pixels(PathReuse::Off),
             ..self.clone()
         }
     }
@@ -143,12 +143,12 @@ impl RenderSettings {
     }
 
     /// The density of directions to an environment map: compensated where BSDF sampling finds all of its light, too.
-    pub fn map_rule(&self) -> MapRule {
+    pub fn environment_sampling(&self) -> EnvironmentSampling {
         let has_both = self.integrator == IntegratorKind::Path;
         if planted!("compensated-alone", true, has_both) {
-            MapRule::Compensated
+            EnvironmentSampling::Compensated
         } else {
-            MapRule::Radiance
+            EnvironmentSampling::Radiance
         }
     }
 }
@@ -165,7 +165,8 @@ mod tests {
                 integrator,
                 ..RenderSettings::new((1, 1), 1)
             };
-            let is_compensated = settings.map_rule() == MapRule::Compensated;
+            let is_compensated =
+                settings.environment_sampling() == EnvironmentSampling::Compensated;
             assert_eq!(is_compensated, integrator == IntegratorKind::Path);
         }
     }

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::film::Window;
 
 /// The largest number of samples per pixel: beyond 2^47, random numbers would repeat (`sampler/mod.rs`).
-pub const MOST_SPP: u64 = 1 << 46;
+pub const MAX_SPP: u64 = 1 << 46;
 
 impl RenderSettings {
     /// Checks that the settings make sense for an image of this size.
@@ -40,7 +40,7 @@ impl RenderSettings {
             } => Err(Error::usage(
                 "neither samples per pixel nor a time nor an error to stop at was given",
             )),
-            Budget { spp: Some(spp), .. } if !(1..=MOST_SPP).contains(&spp) => Err(Error::usage(
+            Budget { spp: Some(spp), .. } if !(1..=MAX_SPP).contains(&spp) => Err(Error::usage(
                 "samples per pixel must be at least 1, and at most 2^46",
             )),
             Budget {

@@ -11,7 +11,7 @@ mod values;
 
 use super::description::{CameraDescription, FilmDescription, SceneDescription};
 use crate::error::Result;
-use crate::film::filter::MOST_RADIUS;
+use crate::film::filter::MAX_RADIUS;
 use crate::image::MAX_SIDE;
 use crate::math::transform::is_rotation;
 pub use light::{light, panoramas};
@@ -88,7 +88,7 @@ pub fn film(film: &FilmDescription) -> Result<()> {
         &format!("expected from 1 to {MAX_SIDE} pixels a side"),
     )?;
     require(
-        film.filter.radius > 0.0 && film.filter.radius <= MOST_RADIUS,
+        film.filter.radius > 0.0 && film.filter.radius <= MAX_RADIUS,
         || "film.filter".to_owned(),
         "expected a radius of pixels above 0, up to 32",
     )

@@ -9,10 +9,10 @@ use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_invertible;
 use crate::math::vec::{DAffine3, DVec3};
-use crate::scene::description::{ColourDescription, Key};
+use crate::scene::description::{ColourDescription, Keyframe};
 
 /// Checks the keyframes of an object of this name: in order of time, with invertible transforms.
-pub fn keys(keys: &[Key], object: &str) -> Result<()> {
+pub fn keys(keys: &[Keyframe], object: &str) -> Result<()> {
     let field = || format!("{object}: motion");
     for key in keys {
         require(key.time.is_finite(), field, "expected finite times")?;

@@ -103,7 +103,7 @@ impl Place {
 
 /// A value with its line in the scene file, for errors that are only found after loading.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Written<T> {
+pub struct WithLine<T> {
     /// The value.
     pub value: T,
     /// The line, counted from 1.
@@ -122,7 +122,7 @@ pub struct CameraDescription {
     /// Distance of the focal plane along the viewing axis, above 0.
     pub focus_distance: f64,
     /// Keyframes of the camera's transform, which replace `to_world`; empty for a static camera.
-    pub motion: Vec<Key>,
+    pub motion: Vec<Keyframe>,
     /// Times at which the shutter opens and closes, in the unit of the keyframes' times.
     pub shutter: [f64; 2],
     /// The place in the scene file.
@@ -165,7 +165,7 @@ impl CameraDescription {
 
 /// A keyframe: a transform at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Key {
+pub struct Keyframe {
     /// The time, in the unit of the camera's shutter; keys are in order of time.
     pub time: f64,
     /// The transform that is applied after the object's own. For a camera: camera to world.
@@ -197,21 +197,21 @@ impl Default for FilmDescription {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderDescription {
     /// The integrator's name.
-    pub integrator: Option<Written<String>>,
+    pub integrator: Option<WithLine<String>>,
     /// Samples per pixel, at least 1.
     pub spp: Option<u64>,
     /// The sampler's name.
-    pub sampler: Option<Written<String>>,
+    pub sampler: Option<WithLine<String>>,
     /// Maximum number of scattering events.
     pub max_bounces: Option<u32>,
     /// The name of the Russian roulette method.
-    pub roulette: Option<Written<String>>,
+    pub roulette: Option<WithLine<String>>,
     /// The number of light paths for each camera path, by name.
-    pub light_paths: Option<Written<String>>,
+    pub light_paths: Option<WithLine<String>>,
     /// The number of pixels that share their paths, by name.
-    pub reuse: Option<Written<String>>,
+    pub reuse: Option<WithLine<String>>,
     /// The name of the adaptive sampling method.
-    pub adaptive: Option<Written<String>>,
+    pub adaptive: Option<WithLine<String>>,
     /// Maximum distance, in world units, of occluders for ambient occlusion; above 0.
     pub occlusion_distance: Option<f64>,
     /// Admissible relative error of the irradiance cache, as a fraction of the indirect light, from 0 to below 1.
@@ -264,7 +264,7 @@ pub struct ShapeDescription {
     /// Shape to world, or to the shape's group.
     pub transform: DAffine3,
     /// Keyframes of what is applied after the transform; empty for a static shape.
-    pub motion: Vec<Key>,
+    pub motion: Vec<Keyframe>,
     /// The group that contains it, an index into [`SceneDescription::groups`]; `None` for the world itself.
     pub group: Option<usize>,
     /// Index into [`SceneDescription::materials`].
@@ -291,7 +291,7 @@ pub struct InstanceDescription {
     /// Group to world, or to the group that contains the instance.
     pub transform: DAffine3,
     /// Keyframes of what is applied after the transform; empty for a static instance.
-    pub motion: Vec<Key>,
+    pub motion: Vec<Keyframe>,
 }
 
 impl ShapeDescription {

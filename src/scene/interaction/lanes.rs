@@ -226,9 +226,9 @@ impl<E: Effects> TriangleLanes<E> {
 
 /// Memory for [`Scene::surface_interactions`].
 #[derive(Debug, Clone)]
-pub struct SurfaceMemory<E: Effects>(TriangleLanes<E>);
+pub struct SurfaceScratch<E: Effects>(TriangleLanes<E>);
 
-impl<E: Effects> Default for SurfaceMemory<E> {
+impl<E: Effects> Default for SurfaceScratch<E> {
     fn default() -> Self {
         Self(TriangleLanes::new())
     }
@@ -272,10 +272,10 @@ impl Scene {
         excluded: &ExcludedLanes,
         mut u_alpha: impl FnMut(usize) -> f32,
         end: impl Fn(usize) -> f32,
-        memory: &mut SurfaceMemory<E>,
+        memory: &mut SurfaceScratch<E>,
         interactions: &mut InteractionLanes<E>,
     ) -> ActiveLanes<LANES> {
-        let SurfaceMemory(triangles) = memory;
+        let SurfaceScratch(triangles) = memory;
         let mut found = active.and(|lane| packet.hits.geometry[lane] != NO_ID);
         let mut singly = ActiveLanes::<LANES>::NONE;
         for lane in found.each() {

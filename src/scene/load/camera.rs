@@ -10,7 +10,7 @@ use super::transform::transform;
 use crate::error::Result;
 use crate::math::transform::{is_rotation, look_at};
 use crate::math::vec::{DAffine3, DVec3};
-use crate::scene::description::{CameraDescription, Key};
+use crate::scene::description::{CameraDescription, Keyframe};
 use std::f64::consts::PI;
 
 /// Reads `[camera]`.
@@ -50,7 +50,7 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
 
 /// Returns the camera's transform, its distance to the target, and its keyframes; those of the first keyframe if it
 /// moves.
-fn standing_or_moving(table: &Table<'_>) -> Result<(DAffine3, f64, Vec<Key>)> {
+fn standing_or_moving(table: &Table<'_>) -> Result<(DAffine3, f64, Vec<Keyframe>)> {
     let Some(motion) = table.optional("motion") else {
         let (to_world, to_target) = placement(table)?;
         return Ok((to_world, to_target, vec![]));

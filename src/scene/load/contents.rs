@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Maximum number of notes: a file may cause one in every line.
-const MOST_NOTES: usize = 20;
+const MAX_NOTES: usize = 20;
 
 /// A mesh, and the colours of its vertices, if it has any.
 type Ply = (Arc<MeshDescription>, Arc<Vec<Rgb>>);
@@ -120,9 +120,9 @@ impl Contents {
 
     /// Adds a note for the user. After the maximum number of notes there is one for all others, of their greatest kind.
     pub fn note(&mut self, note: Note) {
-        if self.notes.len() < MOST_NOTES {
+        if self.notes.len() < MAX_NOTES {
             self.notes.push(note);
-        } else if let Some(rest) = self.notes.get_mut(MOST_NOTES) {
+        } else if let Some(rest) = self.notes.get_mut(MAX_NOTES) {
             rest.kind = rest.kind.max(note.kind);
         } else {
             self.notes

@@ -8,13 +8,13 @@ use super::reader::{Table, Value};
 use super::transform::transform;
 use crate::error::Result;
 use crate::math::vec::DAffine3;
-use crate::scene::description::Key;
+use crate::scene::description::Keyframe;
 
 /// Reads the `motion` of an object, which is empty if it is static. `object` is its name in errors.
 ///
 /// # Errors
 /// If the value is not a list of keyframes in order of time.
-pub fn motion(table: &Table<'_>, object: &str) -> Result<Vec<Key>> {
+pub fn motion(table: &Table<'_>, object: &str) -> Result<Vec<Keyframe>> {
     let Some(value) = table.optional("motion") else {
         return Ok(vec![]);
     };
@@ -32,8 +32,8 @@ pub fn motion(table: &Table<'_>, object: &str) -> Result<Vec<Key>> {
 pub fn keys<'a, T>(
     value: &Value<'a>,
     place: impl Fn(&Table<'a>) -> Result<(DAffine3, T)>,
-) -> Result<Vec<(Key, T)>> {
-    let mut keys: Vec<(Key, T)> = vec![];
+) -> Result<Vec<(Keyframe, T)>> {
+    let mut keys: Vec<(Keyframe, T)> = vec![];
     for entry in value.list()? {
         let table = entry.table()?;
         let when = table.required("time")?;
@@ -48,7 +48,7 @@ pub fn keys<'a, T>(
         }
         let (transform, more) = place(&table)?;
         table.finish()?;
-        keys.push((Key { time, transform }, more));
+        keys.push((Keyframe { time, transform }, more));
     }
     if keys.is_empty() {
         return Err(value.error("expected at least one key: { time = ..., ... }"));

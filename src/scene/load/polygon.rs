@@ -9,7 +9,7 @@ use earcut::Earcut;
 use std::ops::Range;
 
 /// The largest number of corners of a polygon that is cut into ears, which may take time in proportion to its square.
-const MOST_CORNERS: usize = 4096;
+const MAX_CORNERS: usize = 4096;
 
 /// Polygons of more than three corners, each read as the triangles around its first corner, in the order of a mesh.
 #[derive(Debug, Default)]
@@ -31,7 +31,7 @@ impl Fans {
         let (mut read, mut written) = (0, 0);
         for fan in &self.0 {
             let polygon = Polygon::new(&triangles[fan.clone()], positions);
-            if fan.len() + 2 > MOST_CORNERS || polygon.is_covered() {
+            if fan.len() + 2 > MAX_CORNERS || polygon.is_covered() {
                 continue;
             }
             let corners: Vec<u32> = polygon.corners().collect();

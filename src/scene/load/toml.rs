@@ -9,11 +9,11 @@ use super::contents::Contents;
 use super::reader::{Document, Table, Value};
 use super::{instance, light, material, read_text, shape};
 use crate::error::Result;
-use crate::film::filter::MOST_RADIUS;
+use crate::film::filter::MAX_RADIUS;
 use crate::image::MAX_SIDE;
 use crate::scene::description::{
     FilmDescription, FilterDescription, FilterKind, Note, NoteKind, RenderDescription,
-    SceneDescription, Written,
+    SceneDescription, WithLine,
 };
 use std::path::Path;
 
@@ -111,7 +111,7 @@ fn film(table: Option<Table<'_>>) -> Result<FilmDescription> {
                 .optional("radius")
                 .map_or(Ok(kind.default_radius()), |radius| {
                     radius.number_where("a number of pixels above 0, up to 32", |x| {
-                        x > 0.0 && x <= MOST_RADIUS
+                        x > 0.0 && x <= MAX_RADIUS
                     })
                 })?;
             filter.finish()?;
@@ -123,11 +123,11 @@ fn film(table: Option<Table<'_>>) -> Result<FilmDescription> {
 }
 
 fn render_table(table: Table<'_>) -> Result<RenderDescription> {
-    let name = |key| -> Result<Option<Written<String>>> {
+    let name = |key| -> Result<Option<WithLine<String>>> {
         let Some(value) = table.optional(key) else {
             return Ok(None);
         };
-        Ok(Some(Written {
+        Ok(Some(WithLine {
             value: value.text()?.to_owned(),
             line: value.line(),
         }))

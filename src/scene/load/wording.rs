@@ -14,9 +14,9 @@ pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
         .map(|candidate| (strsim::damerau_levenshtein(&name, candidate), candidate))
         .min()
         .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 3);
-    let listed = known.iter().take(MOST_LISTED).map(|name| shown(name));
+    let listed = known.iter().take(MAX_LISTED).map(|name| shown(name));
     let mut listed = listed.collect::<Vec<_>>().join(", ");
-    if known.len() > MOST_LISTED {
+    if known.len() > MAX_LISTED {
         listed.push_str(", ...");
     }
     match nearest {
@@ -32,7 +32,7 @@ pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
 const LONGEST_SHOWN: usize = 80;
 
 /// Maximum number of names that a message lists.
-const MOST_LISTED: usize = 24;
+const MAX_LISTED: usize = 24;
 
 /// Shortens a text from a file to one line for a message.
 pub fn shown(text: &str) -> String {

@@ -14,7 +14,7 @@ use crate::math::vec::Vec2;
 use std::sync::Arc;
 
 /// The least roughness where a map varies it. Below 0.01, microfacets would be a mirror.
-const LEAST_MAPPED_ROUGHNESS: f32 = 0.0101;
+const MIN_MAPPED_ROUGHNESS: f32 = 0.0101;
 
 /// A BSDF whose parameters may be textured.
 #[derive(Debug, Clone)]
@@ -236,7 +236,7 @@ fn mapped_parameters(
     metallic: f32,
 ) -> PrincipledParameters {
     PrincipledParameters {
-        roughness: (roughness * parameters.roughness).clamp(LEAST_MAPPED_ROUGHNESS, 1.0),
+        roughness: (roughness * parameters.roughness).clamp(MIN_MAPPED_ROUGHNESS, 1.0),
         metallic: (metallic * parameters.metallic).clamp(0.0, 1.0),
         ..*parameters
     }

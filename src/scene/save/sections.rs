@@ -11,8 +11,8 @@ use crate::error::Result;
 use crate::film::filter::FilterKind;
 use crate::math::vec::DAffine3;
 use crate::scene::description::{
-    GeometryDescription, InstanceDescription, Key, LightModel, MaterialDescription, MaterialModel,
-    SceneDescription, ShapeDescription,
+    GeometryDescription, InstanceDescription, Keyframe, LightModel, MaterialDescription,
+    MaterialModel, SceneDescription, ShapeDescription,
 };
 use std::collections::HashSet;
 
@@ -314,7 +314,7 @@ impl<'a> Sections<'a> {
         self.place(instance.group, &instance.transform, &instance.motion);
     }
 
-    fn place(&mut self, group: Option<usize>, to_group: &DAffine3, keys: &[Key]) {
+    fn place(&mut self, group: Option<usize>, to_group: &DAffine3, keys: &[Keyframe]) {
         if let Some(group) = group {
             self.text.entry("group", string(&self.groups[group]));
         }

@@ -6,7 +6,7 @@
 
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3};
-use crate::scene::description::Key;
+use crate::scene::description::Keyframe;
 
 /// A scene file in progress.
 #[derive(Debug, Default)]
@@ -101,8 +101,8 @@ pub fn transform(it: &DAffine3) -> String {
 }
 
 /// The keyframes of a motion.
-pub fn motion(keys: &[Key]) -> String {
-    let key = |key: &Key| {
+pub fn motion(keys: &[Keyframe]) -> String {
+    let key = |key: &Keyframe| {
         let (time, place) = (number(key.time), transform(&key.transform));
         format!("    {{ time = {time}, transform = {place} }},\n")
     };

@@ -439,7 +439,7 @@ fn options_become_film_and_render_settings() {
         (scene.render.spp, scene.render.max_bounces),
         (Some(12), Some(7))
     );
-    let name = |written: &Option<etendue::internals::scene::description::Written<String>>| {
+    let name = |written: &Option<etendue::internals::scene::description::WithLine<String>>| {
         written
             .as_ref()
             .map(|written| (written.value.clone(), written.line))

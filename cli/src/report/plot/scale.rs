@@ -7,10 +7,10 @@
 use etendue_lab::plot::{Axis, Scale};
 
 /// The approximate maximum number of labels on an axis; more would overlap on a phone.
-const MOST_LABELS: f64 = 6.0;
+const MAX_LABELS: f64 = 6.0;
 
 /// The maximum number of marked values on an axis.
-const MOST_MARKED: usize = 8;
+const MAX_MARKED: usize = 8;
 
 /// A drawn axis.
 #[derive(Debug, Clone)]
@@ -91,7 +91,7 @@ impl Ruler {
         let marked = self.marked.iter();
         let within = marked.filter_map(|(value, label)| self.tick(*value, label.clone()));
         let ticks: Vec<Tick> = within.collect();
-        let stride = ticks.len().div_ceil(MOST_MARKED).max(1);
+        let stride = ticks.len().div_ceil(MAX_MARKED).max(1);
         ticks.into_iter().rev().step_by(stride).collect()
     }
 
@@ -135,7 +135,7 @@ impl Ruler {
                 .filter_map(|(value, plain)| self.tick(value, label(value, plain)))
                 .collect();
         }
-        let stride = (span / MOST_LABELS).ceil() as i32;
+        let stride = (span / MAX_LABELS).ceil() as i32;
         let powers = (first..=last).filter(|power| power.rem_euclid(stride) == 0);
         let label = |power: i32| match (first >= -2, last <= 4) {
             (true, true) => short(10.0_f64.powi(power)),
@@ -162,7 +162,7 @@ fn with_a_mark([start, end]: [f64; 2], marks: impl Iterator<Item = f64>) -> [f64
 
 /// Round numbers between two ends, with their labels.
 fn even_values([start, end]: [f64; 2]) -> Vec<(f64, String)> {
-    let rough = (end - start) / MOST_LABELS;
+    let rough = (end - start) / MAX_LABELS;
     let power = rough.log10().floor();
     let unit = 10.0_f64.powf(power);
     let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * unit);

@@ -5,13 +5,15 @@
 //! Source: Veach 1997, section 10.3.3. Tested in `tests/rendering/light_paths.rs`.
 
 use super::super::super::indirect::Indirect;
-use super::super::super::light_paths::weights::{End, LightRatios, of_camera, passage};
+use super::super::super::light_paths::weights::{
+    DirectionPdf, LightRatios, camera_vertex_ratio, vertex_ratio,
+};
 use super::super::super::light_paths::{LightPathSplat, LightPathSplats};
-use super::super::super::observer::Unobserved;
+use super::super::super::observer::NullPathObserver;
 use super::super::super::technique::TechniqueSource;
 use super::super::block::PathBlock;
-use super::super::shading::StageMemory;
-use super::super::{PathIntegrator, Walk};
+use super::super::shading::StageScratch;
+use super::super::{PathIntegrator, PathWavefront};
 use super::LightPathStart;
 use super::towards_camera::{TowardsCamera, towards_camera};
 use crate::camera::FilmPoint;
@@ -33,26 +35,26 @@ struct Connection {
     /// The importance that arrives at the surface.
     importance: f32,
     /// The ratio of the densities of a light path and of a camera path at the lens.
-    of_camera: f32,
+    camera_vertex_ratio: f32,
 }
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Connects the surfaces of a block to points of the lens.
     pub(super) fn connect<E: Effects, S: Sampler>(
         &self,
-        walk: &mut Walk<'_, S, Unobserved>,
+        wavefront: &mut PathWavefront<'_, S, NullPathObserver>,
         block: &mut PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
         starts: &[Option<LightPathStart>],
         splats: &mut LightPathSplats<'_>,
     ) {
-        let scene = walk.scene;
+        let scene = wavefront.scene;
         let mut seen = block.active.without(&stage.bsdfs.delta);
         let mut to_lens = [[0.0; LANES]; 3];
         let mut connections = [Connection::default(); LANES];
         for lane in seen.each() {
             let p = load(&stage.at.p, lane);
-            let connection = self.lens_seen_from(walk, block, lane, p);
+            let connection = self.lens_seen_from(wavefront, block, lane, p);
             let connection = connection.filter(|it| (splats.reaches)(it.film.position));
             seen.set(lane, connection.is_some());
             if let Some(connection) = connection {
@@ -63,7 +65,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if !seen.any() {
             return;
         }
-        let StageMemory {
+        let StageScratch {
             at,
             bsdfs,
             direct_light,
@@ -81,8 +83,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let at: Interaction<E> = at.get(lane);
             let w: Vec3 = load(&to_lens, lane);
             let cosines = [w, at.wo].map(|w| w.dot(at.ng));
-            let ratios = self.ratios(walk, block, lane, start, &towards, cosines);
-            let weight = ratios.weight(connection.of_camera);
+            let ratios = self.ratios(wavefront, block, lane, start, &towards, cosines);
+            let weight = ratios.weight(connection.camera_vertex_ratio);
             let flux = start.source.flux * load::<Rgb>(&block.beta, lane);
             let of_eye = connection.importance / self.light_paths.share.number();
             let value = flux * load::<Rgb>(&towards.factor, lane) * (of_eye * weight);
@@ -92,11 +94,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             store(&mut lights.contribution, lane, value);
             if splats.with_gains {
                 let unweighted = value * (1.0 / weight);
-                let gain = ratios.gain(connection.of_camera);
+                let gain = ratios.gain(connection.camera_vertex_ratio);
                 gains[lane] = unweighted * unweighted * gain;
             }
             let end = ShadowRayEnd::Point(connection.lens);
-            let ray = at.ray_to(&end, w, towards.goes_through.has(lane));
+            let ray = at.ray_to(&end, w, towards.is_transmitted.has(lane));
             lights.shadow.set(lane, &ray);
             lights.shadow.time[lane] = block.packet.rays.time[lane];
             lights.to_shadow.set(lane, true);
@@ -120,33 +122,33 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// given the cosines towards the lens and the light.
     fn ratios<E: Effects, S: Sampler>(
         &self,
-        walk: &Walk<'_, S, Unobserved>,
+        wavefront: &PathWavefront<'_, S, NullPathObserver>,
         block: &PathBlock<E>,
         lane: usize,
         start: &LightPathStart,
         towards: &TowardsCamera,
-        [cos_to_eye, cos_to_light]: [f32; 2],
+        [cos_to_camera, cos_to_light]: [f32; 2],
     ) -> LightRatios {
-        let to_eye = End {
+        let to_camera = DirectionPdf {
             pdf: 1.0,
-            cos: cos_to_eye,
+            cos: cos_to_camera,
         };
-        let to_light = |pdf: f32| End {
+        let to_light = |pdf: f32| DirectionPdf {
             pdf,
             cos: cos_to_light,
         };
         let ratio = block.light_path_ratio().map_or(0.0, |ratios| ratios[lane]);
-        let by_scattering = ratio * passage(to_light(towards.pdf_to_light[lane]), to_eye);
-        let by_nee = if walk.bounce == 0 {
+        let by_scattering = ratio * vertex_ratio(to_light(towards.pdf_to_light[lane]), to_camera);
+        let by_nee = if wavefront.bounce == 0 {
             let receiver = towards.receivers[lane].as_ref();
-            let nee = self.density_of_nee(walk.scene, start, receiver, block, lane);
-            ratio * passage(to_light(nee), to_eye)
+            let nee = self.density_of_nee(wavefront.scene, start, receiver, block, lane);
+            ratio * vertex_ratio(to_light(nee), to_camera)
         } else {
             by_scattering * start.nee_over_scattering
         };
-        let can_be_met = start.source.can_be_met();
+        let can_be_hit = start.source.can_be_hit();
         LightRatios {
-            by_scattering: if can_be_met { by_scattering } else { 0.0 },
+            by_scattering: if can_be_hit { by_scattering } else { 0.0 },
             by_nee,
         }
     }
@@ -154,16 +156,16 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// A point of the lens as seen from the point `p`, if it shows that on the film.
     fn lens_seen_from<E: Effects, S: Sampler>(
         &self,
-        walk: &mut Walk<'_, S, Unobserved>,
+        wavefront: &mut PathWavefront<'_, S, NullPathObserver>,
         block: &PathBlock<E>,
         lane: usize,
         p: Vec3,
     ) -> Option<Connection> {
-        let (camera, time) = (&walk.scene.camera, block.packet.rays.time[lane]);
+        let (camera, time) = (&wavefront.scene.camera, block.packet.rays.time[lane]);
         let mut u_lens = [0.0; 2];
         if E::Lens::ON {
-            let sampler = &mut walk.samplers[block.path[lane] as usize];
-            u_lens = sampler.draw(Decision::Lens(walk.bounce));
+            let sampler = &mut wavefront.samplers[block.path[lane] as usize];
+            u_lens = sampler.draw(Decision::Lens(wavefront.bounce));
         }
         let lens = camera.viewpoint::<E>(Vec2::from(u_lens), time);
         let way = lens.p - p;
@@ -187,7 +189,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             lens: lens.p,
             film,
             importance: importance / distance2,
-            of_camera: of_camera(over_film_density, distance2, per_steradian as f32),
+            camera_vertex_ratio: camera_vertex_ratio(
+                over_film_density,
+                distance2,
+                per_steradian as f32,
+            ),
         })
     }
 }

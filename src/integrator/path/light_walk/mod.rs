@@ -14,12 +14,12 @@ mod towards_camera;
 use super::super::SampleLanes;
 use super::super::indirect::Indirect;
 use super::super::light_paths::LightPathSplats;
-use super::super::light_paths::source::LightPathSource;
-use super::super::observer::Unobserved;
+use super::super::light_paths::source::LightPathFirstRay;
+use super::super::observer::NullPathObserver;
 use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
-use super::shading::StageMemory;
-use super::{PathIntegrator, PathMemory, Walk};
+use super::shading::StageScratch;
+use super::{PathIntegrator, PathScratch, PathWavefront};
 use crate::effects::{Effects, Switch};
 use crate::light::types::Receiver;
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
@@ -30,7 +30,7 @@ use crate::scene::{Scene, ShapeTraits};
 /// The first ray of a light path, and what its weights need of the first surface.
 #[derive(Debug, Clone, Copy)]
 pub struct LightPathStart {
-    source: LightPathSource,
+    source: LightPathFirstRay,
     /// The density of light sampling at the first surface.
     nee: f32,
     /// The density of light sampling over that of scattering, beyond the first surface.
@@ -45,10 +45,10 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [SampleLanes],
-        memory: &mut PathMemory<E>,
+        memory: &mut PathScratch<E>,
         splats: &mut LightPathSplats<'_>,
     ) {
-        let PathMemory {
+        let PathScratch {
             paths,
             stage,
             starts,
@@ -59,21 +59,21 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             starts.extend(self.emit::<E, S>(scene, samplers, samples));
         }
         paths.begin(samples);
-        let mut walk = Walk {
+        let mut wavefront = PathWavefront {
             scene,
             samples,
             samplers,
-            observer: &mut Unobserved,
+            observer: &mut NullPathObserver,
             bounce: 0,
         };
         let most = self.max_bounces.unwrap_or(u32::MAX);
-        while !paths.is_empty() && walk.bounce < most {
+        while !paths.is_empty() && wavefront.bounce < most {
             for block in paths.blocks_mut() {
-                walk.trace_extension_rays(block);
-                self.advance_from_lights(&mut walk, block, stage, starts, splats);
+                wavefront.trace_extension_rays(block);
+                self.advance_from_lights(&mut wavefront, block, stage, starts, splats);
             }
             paths.compact();
-            walk.bounce += 1;
+            wavefront.bounce += 1;
         }
     }
 
@@ -105,7 +105,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         for lane in active.each() {
             let time = samples.packet.rays.time[lane];
             let numbers = (source.map(|u| u[lane]), direction.map(|u| u[lane]));
-            let source = LightPathSource::sample::<E>(scene, numbers, time);
+            let source = LightPathFirstRay::sample::<E>(scene, numbers, time);
             samples.active.set(lane, source.is_some());
             if let Some(source) = source {
                 samples.packet.rays.set(lane, &source.sample.ray());
@@ -123,41 +123,41 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// sets the extension rays of the paths that continue.
     fn advance_from_lights<E: Effects, S: Sampler>(
         &self,
-        walk: &mut Walk<'_, S, Unobserved>,
+        wavefront: &mut PathWavefront<'_, S, NullPathObserver>,
         block: &mut PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
         starts: &mut [Option<LightPathStart>],
         splats: &mut LightPathSplats<'_>,
     ) {
-        let (scene, bounce) = (walk.scene, walk.bounce);
+        let (scene, bounce) = (wavefront.scene, wavefront.bounce);
         let arrived = block.active;
         if bounce == 0 {
             for lane in arrived.each() {
                 block.count_rays(lane, true, false);
             }
         }
-        arrive(walk, block, stage);
+        arrive(wavefront, block, stage);
         if block.active.any() {
             self.look_up_bsdfs(scene, block, stage);
             if bounce == 0 {
                 self.begin_from_lights(scene, block, stage, starts);
             }
-            self.connect(walk, block, stage, starts, splats);
+            self.connect(wavefront, block, stage, starts, splats);
             if self.max_bounces == Some(bounce + 1) {
                 block.active = ActiveLanes::NONE;
             } else {
-                let states = LaneStates::gather(walk.samplers, &block.active, &block.path);
+                let states = LaneStates::gather(wavefront.samplers, &block.active, &block.path);
                 let decision = Decision::LightPathBsdf(bounce);
                 let lit = &ActiveLanes::NONE;
-                self.sample_bsdfs(walk, block, stage, &states, lit, decision);
+                self.sample_bsdfs(wavefront, block, stage, &states, lit, decision);
                 self.carry_power(scene, block, stage, bounce, starts);
                 let decision = Decision::LightPathRoulette(bounce);
-                self.scatter(walk, block, stage, &states, decision);
+                self.scatter(wavefront, block, stage, &states, decision);
                 self.pass_ratios(block, stage);
             }
         }
         for lane in arrived.without(&block.active).each() {
-            block.end(lane, walk.samples);
+            block.end(lane, wavefront.samples);
         }
     }
 
@@ -166,7 +166,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         &self,
         scene: &Scene,
         block: &mut PathBlock<E>,
-        stage: &StageMemory<E>,
+        stage: &StageScratch<E>,
         starts: &mut [Option<LightPathStart>],
     ) {
         for lane in block.active.each() {
@@ -205,18 +205,18 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
 /// Computes the surface interactions of a block of light paths, and deactivates the lanes that have none, or that absorb all
 /// light.
 fn arrive<E: Effects, S: Sampler>(
-    walk: &mut Walk<'_, S, Unobserved>,
+    wavefront: &mut PathWavefront<'_, S, NullPathObserver>,
     block: &mut PathBlock<E>,
-    stage: &mut StageMemory<E>,
+    stage: &mut StageScratch<E>,
 ) {
-    let (samplers, path, bounce) = (&mut *walk.samplers, &block.path, walk.bounce);
+    let (samplers, path, bounce) = (&mut *wavefront.samplers, &block.path, wavefront.bounce);
     let u_alpha = |lane: usize| {
         let sampler = &mut samplers[path[lane] as usize];
         let [u] = sampler.draw(Decision::LightPathAlpha(bounce));
         u
     };
-    let StageMemory { surfaces, at, .. } = stage;
-    let found = walk.scene.surface_interactions::<E>(
+    let StageScratch { surfaces, at, .. } = stage;
+    let found = wavefront.scene.surface_interactions::<E>(
         &block.active,
         &block.packet,
         &block.excluded,

@@ -10,7 +10,7 @@ use super::super::super::indirect::Indirect;
 use super::super::super::technique::TechniqueSource;
 use super::super::PathIntegrator;
 use super::super::block::PathBlock;
-use super::super::shading::{ScatteringLanes, StageMemory};
+use super::super::shading::{ScatteringLanes, StageScratch};
 use super::LightPathStart;
 use super::towards_camera::{towards_camera, vertex};
 use crate::bsdf::BsdfSample;
@@ -30,11 +30,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         &self,
         scene: &Scene,
         block: &PathBlock<E>,
-        stage: &mut StageMemory<E>,
+        stage: &mut StageScratch<E>,
         bounce: u32,
         starts: &mut [Option<LightPathStart>],
     ) {
-        let StageMemory {
+        let StageScratch {
             at,
             bsdfs,
             scattering,
@@ -56,7 +56,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let factor = load::<Rgb>(&towards.factor, lane) * (1.0 / scattering.pdf[lane]);
             store(&mut scattering.weight, lane, factor);
             scattering.eta2[lane] = 1.0;
-            scattering.goes_through[lane] = u32::from(towards.goes_through.has(lane));
+            scattering.is_transmitted[lane] = u32::from(towards.is_transmitted.has(lane));
             if bounce == 0
                 && let Some(start) = &mut starts[block.path[lane] as usize]
             {
@@ -71,11 +71,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// Changes a sample of a delta lobe, along the unit vector `to_eye`, from a factor of radiance to one of power.
+/// Changes a sample of a delta lobe, along the unit vector `to_camera`, from a factor of radiance to one of power.
 fn carry_power_of_delta<E: Effects>(
     scene: &Scene,
     at: &InteractionLanes<E>,
-    to_eye: Vec3,
+    to_camera: Vec3,
     scattering: &mut ScatteringLanes,
     lane: usize,
 ) {
@@ -88,9 +88,9 @@ fn carry_power_of_delta<E: Effects>(
     let vertex = vertex(scene, at, lane);
     let wo = vertex.at.frame.to_local(vertex.at.wo);
     let to_light = vertex.at.wo;
-    let scattered = vertex.delta_scattering(scene, &sample, to_eye, to_light);
+    let scattered = vertex.delta_scattering(scene, &sample, to_camera, to_light);
     // A reflection about a tilted normal is not found in the reverse direction.
-    let Some(scattered) = scattered.filter(|it| it.pdf_to_eye.0 > 0.0) else {
+    let Some(scattered) = scattered.filter(|it| it.pdf_to_camera.0 > 0.0) else {
         return;
     };
     // Radiance is divided by eta^2 on the way into glass, power is not.
@@ -99,16 +99,16 @@ fn carry_power_of_delta<E: Effects>(
     } else {
         1.0 / vertex.bsdf.ior()
     };
-    let eta2 = if scattered.goes_through {
+    let eta2 = if scattered.is_transmitted {
         eta * eta
     } else {
         1.0
     };
     let of_power = planted!("light-paths-thinned-as-radiance", 1.0, eta2);
-    let factor = scattered.to_eye * (scattered.adjoint * of_power);
+    let factor = scattered.to_camera * (scattered.adjoint * of_power);
     store(&mut scattering.weight, lane, factor);
     scattering.eta2[lane] = 1.0;
-    scattering.goes_through[lane] = u32::from(scattered.goes_through);
+    scattering.is_transmitted[lane] = u32::from(scattered.is_transmitted);
     scattering.sampled.set(lane, true);
 }
 

@@ -26,7 +26,7 @@ pub(super) struct TowardsCamera {
     /// The densities with which camera paths continue towards the light.
     pub pdf_to_light: Lanes<f32>,
     /// The lanes where the light goes through the surface.
-    pub goes_through: ActiveLanes<LANES>,
+    pub is_transmitted: ActiveLanes<LANES>,
     /// The surfaces as receivers of light, as seen from the camera, in the lanes where they are seen differently from
     /// there.
     pub receivers: Lanes<Option<Receiver>>,
@@ -55,15 +55,15 @@ pub(super) fn towards_camera<E: Effects>(
         lit: *lanes,
         factor: [[0.0; LANES]; 3],
         pdf_to_light: [0.0; LANES],
-        goes_through: ActiveLanes::NONE,
+        is_transmitted: ActiveLanes::NONE,
         receivers: [None; LANES],
     };
-    let (mut to_eye, mut to_light) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-    diffuse::<E>(at, bsdfs, w, &mut to_eye, &mut to_light, &mut towards);
+    let (mut to_camera, mut to_light) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+    diffuse::<E>(at, bsdfs, w, &mut to_camera, &mut to_light, &mut towards);
     if let Some(stage) = bsdfs.principled.get_mut()
         && stage.active.any()
     {
-        stage.bsdfs.bind(&to_eye);
+        stage.bsdfs.bind(&to_camera);
         stage.bsdfs.eval(&to_light, &mut stage.f, &mut stage.pdf);
         for (to, of) in towards.factor.iter_mut().zip(&stage.f) {
             replace(&stage.active, to, of);
@@ -88,10 +88,10 @@ pub(super) fn towards_camera<E: Effects>(
             store(
                 &mut towards.factor,
                 lane,
-                scattering.to_eye * scattering.adjoint,
+                scattering.to_camera * scattering.adjoint,
             );
             towards.pdf_to_light[lane] = scattering.pdf_to_light.0;
-            towards.goes_through.set(lane, scattering.goes_through);
+            towards.is_transmitted.set(lane, scattering.is_transmitted);
             let seen = vertex.at.facing(w, vertex.transmits);
             towards.receivers[lane] = Some(seen.receiver(vertex.transmits));
         }
@@ -105,7 +105,7 @@ vectorised! {
         at: &InteractionLanes<E>,
         bsdfs: &BsdfLanes<E>,
         w: &Lanes3,
-        to_eye: &mut Lanes3,
+        to_camera: &mut Lanes3,
         to_light: &mut Lanes3,
         towards: &mut TowardsCamera,
     ) {
@@ -114,7 +114,7 @@ vectorised! {
             let eye = at.frame.to_local(load::<LaneVec3>(w, lane));
             let light = at.frame.to_local(at.wo);
             let value = bsdfs.diffuse(lane).eval(eye, light);
-            store(to_eye, lane, eye);
+            store(to_camera, lane, eye);
             store(to_light, lane, light);
             store(&mut towards.factor, lane, value.f);
             towards.pdf_to_light[lane] = value.pdf.0;

@@ -16,7 +16,7 @@ use crate::math::rgb::Rgb;
 use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, NoteKind};
 
 /// The least real part of a metal's refractive index: Fresnel's equations as we write them have no meaning for 0.
-const LEAST_ETA: f32 = 1e-4;
+const MIN_ETA: f32 = 1e-4;
 
 impl Reader<'_> {
     /// Makes a material that of a metal.
@@ -59,7 +59,7 @@ impl Reader<'_> {
             Rgb::grey(texture::mean(&tint) as f32)
         });
         made.model = MaterialModel::Conductor {
-            eta: eta.map(|x| x.max(LEAST_ETA)),
+            eta: eta.map(|x| x.max(MIN_ETA)),
             k,
             roughness,
             tint,

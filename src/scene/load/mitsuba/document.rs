@@ -11,7 +11,7 @@ use super::super::wording::{shown, unknown_name};
 use super::folders::Folders;
 use super::object::{Object, Value};
 use super::old::{snake_case, upgrade};
-use super::references::{MOST_NESTED, References, WrittenProperty, WrittenValue, too_deep};
+use super::references::{MAX_NESTED, References, WrittenProperty, WrittenValue, too_deep};
 use crate::error::{Error, Result};
 use crate::scene::description::Place;
 use roxmltree::{Document, Node};
@@ -20,9 +20,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 
-const MOST_INCLUDES_NESTED: usize = 16;
-const MOST_INCLUDES: usize = 1000;
-const MOST_PATHS: usize = 100;
+const MAX_INCLUDES_NESTED: usize = 16;
+const MAX_INCLUDES: usize = 1000;
+const MAX_PATHS: usize = 100;
 
 /// The elements that declare objects.
 const OBJECTS: &[&str] = &[
@@ -173,7 +173,7 @@ impl Reader {
         parent: Node<'_, '_>,
         nested: usize,
     ) -> Result<Vec<WrittenProperty>> {
-        if nested > MOST_NESTED {
+        if nested > MAX_NESTED {
             return Err(too_deep(&source.place(parent)));
         }
         let mut properties = Vec::new();
@@ -208,9 +208,9 @@ impl Reader {
         let file = self.required(source, node, "filename")?;
         let name = self.name(source, node)?;
         self.includes += 1;
-        if source.includes_nested >= MOST_INCLUDES_NESTED || self.includes > MOST_INCLUDES {
+        if source.includes_nested >= MAX_INCLUDES_NESTED || self.includes > MAX_INCLUDES {
             let why = format!(
-                "expected files that include at most {MOST_INCLUDES_NESTED} deep and {MOST_INCLUDES} in all: does {} include itself?",
+                "expected files that include at most {MAX_INCLUDES_NESTED} deep and {MAX_INCLUDES} in all: does {} include itself?",
                 shown(&file)
             );
             return Err(source.place(node).error(why));
@@ -241,8 +241,8 @@ impl Reader {
         self.paths += 1;
         let why = if !is_at_top {
             "expected `path` directly within the outermost element".to_owned()
-        } else if self.paths > MOST_PATHS {
-            format!("expected at most {MOST_PATHS} elements `path`")
+        } else if self.paths > MAX_PATHS {
+            format!("expected at most {MAX_PATHS} elements `path`")
         } else if !folder.is_dir() {
             format!("expected a folder, found {}", shown(&name))
         } else {

@@ -16,10 +16,10 @@ use std::mem;
 use std::rc::Rc;
 
 /// Maximum depth of objects within one another.
-pub const MOST_NESTED: usize = 64;
+pub const MAX_NESTED: usize = 64;
 
 /// Maximum number of objects within one.
-const MOST_WITHIN: u64 = 4_000_000;
+const MAX_WITHIN: u64 = 4_000_000;
 
 /// A property as written.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ struct Finished {
 #[derive(Debug)]
 enum Slot {
     /// An object without its properties, and these as written.
-    Written(Object, Vec<WrittenProperty>),
+    WithLine(Object, Vec<WrittenProperty>),
     /// An object whose properties are being resolved.
     Open,
     Finished(Finished),
@@ -66,7 +66,7 @@ pub struct References {
 impl References {
     /// Adds an object with its properties, which replace those that it has, and returns its index.
     pub fn add(&mut self, object: Object, properties: Vec<WrittenProperty>) -> usize {
-        self.slots.push(Slot::Written(object, properties));
+        self.slots.push(Slot::WithLine(object, properties));
         self.slots.len() - 1
     }
 
@@ -149,12 +149,12 @@ impl References {
                 self.slots[index] = Slot::Finished(finished.clone());
                 return Ok(finished);
             }
-            Slot::Written(object, properties) => (object, properties),
+            Slot::WithLine(object, properties) => (object, properties),
         };
         let mut depth = 0;
         let mut size = 1_u64;
         for property in properties {
-            if outside >= MOST_NESTED {
+            if outside >= MAX_NESTED {
                 return Err(too_deep(place));
             }
             let (property, within) = self.property(property, outside + 1)?;
@@ -164,11 +164,11 @@ impl References {
             }
             object.properties.push(property);
         }
-        if depth >= MOST_NESTED {
+        if depth >= MAX_NESTED {
             return Err(too_deep(place));
         }
-        if size > MOST_WITHIN {
-            let why = format!("expected at most {MOST_WITHIN} objects within one");
+        if size > MAX_WITHIN {
+            let why = format!("expected at most {MAX_WITHIN} objects within one");
             return Err(object.place.error(why));
         }
         let finished = Finished {
@@ -184,6 +184,6 @@ impl References {
 /// The error about an object that contains others, or is contained, too deep.
 pub fn too_deep(place: &Place) -> crate::Error {
     place.error(format!(
-        "expected elements nested at most {MOST_NESTED} deep"
+        "expected elements nested at most {MAX_NESTED} deep"
     ))
 }

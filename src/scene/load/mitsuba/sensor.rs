@@ -13,7 +13,7 @@ use crate::image::MAX_SIDE;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::scene::description::{
     CameraDescription, FilmDescription, FilterDescription, FilterKind, NoteKind, RenderDescription,
-    Written,
+    WithLine,
 };
 
 /// Returns camera and film.
@@ -45,7 +45,7 @@ pub fn sensor(
         )?;
         render.spp = Some(count as u64);
         if sampler.kind == "independent" {
-            render.sampler = Some(Written {
+            render.sampler = Some(WithLine {
                 value: "independent".to_owned(),
                 line: sampler.place.line.unwrap_or(1),
             });
@@ -250,7 +250,7 @@ pub fn integrator(
         "path" => {}
         "direct" => render.max_bounces = Some(1),
         "ptracer" => {
-            render.integrator = Some(Written {
+            render.integrator = Some(WithLine {
                 value: "bdpt".to_owned(),
                 line: integrator.place.line.unwrap_or(1),
             });

@@ -16,7 +16,7 @@ use roxmltree::Node;
 
 /// Maximum number of bytes that parameters insert for each byte of the files: each can hold others, and a few lines could
 /// fill the memory.
-const MOST_INSERTED: usize = 64;
+const MAX_INSERTED: usize = 64;
 
 impl Reader {
     /// An attribute in which the values of parameters replace their `$names`, and `\$` became a dollar sign.
@@ -56,9 +56,9 @@ impl Reader {
             };
             let value = &self.defaults[name];
             self.inserted.set(self.inserted.get() + value.len());
-            if self.inserted.get() > MOST_INSERTED * self.bytes {
+            if self.inserted.get() > MAX_INSERTED * self.bytes {
                 let why = format!(
-                    "expected parameters that insert at most {MOST_INSERTED} times the bytes of the files"
+                    "expected parameters that insert at most {MAX_INSERTED} times the bytes of the files"
                 );
                 return Err(source.place(node).error(why));
             }

@@ -10,7 +10,7 @@ use super::params::Parameters;
 use crate::error::Result;
 use crate::math::transform::{is_invertible, orientation};
 use crate::math::vec::DAffine3;
-use crate::scene::description::{CameraDescription, Key, Place};
+use crate::scene::description::{CameraDescription, Keyframe, Place};
 use crate::scene::load::wording::unknown_name;
 
 /// A `Camera` statement.
@@ -94,7 +94,11 @@ impl GivenCamera {
 ///
 /// # Errors
 /// If the times are not in order.
-pub fn keys(transforms: [DAffine3; 2], times: [f64; 2], params: &Parameters) -> Result<Vec<Key>> {
+pub fn keys(
+    transforms: [DAffine3; 2],
+    times: [f64; 2],
+    params: &Parameters,
+) -> Result<Vec<Keyframe>> {
     if times[0] >= times[1] {
         let [start, end] = times;
         return Err(params.error(format!(
@@ -102,11 +106,11 @@ pub fn keys(transforms: [DAffine3; 2], times: [f64; 2], params: &Parameters) -> 
         )));
     }
     Ok(vec![
-        Key {
+        Keyframe {
             time: times[0],
             transform: transforms[0],
         },
-        Key {
+        Keyframe {
             time: times[1],
             transform: transforms[1],
         },

@@ -19,10 +19,10 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 use std::sync::Arc;
 
 /// Greatest height of a panorama, in pixels; it is twice as wide.
-const MOST_ROWS: u32 = 4096;
+const MAX_ROWS: u32 = 4096;
 
 /// Least number of lookups along each axis of a pixel.
-const LEAST_LOOKUPS: u32 = 2;
+const MIN_LOOKUPS: u32 = 2;
 
 /// An octahedral map, and where it is in the world.
 #[derive(Debug)]
@@ -58,7 +58,7 @@ impl Panorama {
 
     /// The height of a panorama that resolves the map.
     fn rows(&self) -> u32 {
-        self.map.height().clamp(2, MOST_ROWS)
+        self.map.height().clamp(2, MAX_ROWS)
     }
 
     /// The radiance from a direction of the world.
@@ -78,7 +78,7 @@ pub fn panorama(maps: &[Panorama]) -> Result<Option<Image>> {
         return Ok(None);
     };
     let side = maps.iter().map(|it| it.map.height()).max().unwrap_or(0);
-    let lookups = side.div_ceil(height).max(LEAST_LOOKUPS);
+    let lookups = side.div_ceil(height).max(MIN_LOOKUPS);
     let width = 2 * height;
     let count = width as usize * height as usize;
     memory::check((count * size_of::<Rgb>()) as u64, || {

@@ -11,8 +11,8 @@ use flate2::read::MultiGzDecoder;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-const MOST_WITHIN: usize = 64;
-const MOST_FILES: usize = 10_000;
+const MAX_WITHIN: usize = 64;
+const MAX_FILES: usize = 10_000;
 
 /// The file that is being read, within those that include it.
 #[derive(Debug, Default)]
@@ -33,9 +33,9 @@ impl Files {
         if self.open.contains(&unique) {
             return refuse("the file includes itself".to_owned());
         }
-        if self.open.len() >= MOST_WITHIN || self.count >= MOST_FILES {
+        if self.open.len() >= MAX_WITHIN || self.count >= MAX_FILES {
             return refuse(format!(
-                "expected at most {MOST_WITHIN} files within one another, and {MOST_FILES} in all"
+                "expected at most {MAX_WITHIN} files within one another, and {MAX_FILES} in all"
             ));
         }
         let text = match path.extension().is_some_and(|extension| extension == "gz") {

@@ -12,7 +12,7 @@ use crate::scene::load::revolution::fields;
 /// Fields along each side of a bilinear patch that is not flat.
 const PATCH_FIELDS: u32 = 6;
 /// Meshes of more patches than this are fine enough: two triangles for each.
-const MOST_CUT_PATCHES: usize = 256;
+const MAX_CUT_PATCHES: usize = 256;
 
 /// Changes to the mesh of a shape.
 #[derive(Debug, Clone, Copy)]
@@ -96,7 +96,7 @@ pub fn cut_patches(corners: MeshDescription, patches: &[[u32; 4]]) -> (MeshDescr
                 && corners.uvs.is_empty()
                 && (p11 - p00).dot(u.cross(v)).abs() <= 1e-6 * size.powi(3))
     };
-    let fine = patches.len() > MOST_CUT_PATCHES;
+    let fine = patches.len() > MAX_CUT_PATCHES;
     let (simple, curved): (Vec<_>, Vec<_>) = patches.iter().partition(|patch| fine || flat(patch));
     let halves = |&[a, b, c, d]: &[u32; 4]| [[a, b, d], [a, d, c]];
     let mut mesh = MeshDescription {

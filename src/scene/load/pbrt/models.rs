@@ -18,7 +18,7 @@ const SMOOTH: f64 = 1e-3;
 
 /// The least real part of a metal's index: pbrt allows 0, which ours divides by. At normal incidence, a metal of this one
 /// reflects all light but at most 0.04 %, one of 0 all.
-const LEAST_INDEX: f32 = 1e-4;
+const MIN_INDEX: f32 = 1e-4;
 
 impl Library {
     pub fn coated_diffuse(
@@ -112,7 +112,7 @@ impl Library {
             return Err(params.error_of(&eta_name, "expected a refractive index of at least 0"));
         }
         Ok(MaterialModel::Conductor {
-            eta: eta.map(|x| x.max(LEAST_INDEX)),
+            eta: eta.map(|x| x.max(MIN_INDEX)),
             k,
             roughness,
             tint: Rgb::WHITE,

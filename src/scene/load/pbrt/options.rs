@@ -14,7 +14,7 @@ use crate::math::vec::{DAffine3, DVec3};
 use crate::planted::planted;
 use crate::scene::description::{
     CameraDescription, FilmDescription, FilterDescription, FilterKind, Place, RenderDescription,
-    Written,
+    WithLine,
 };
 use crate::scene::load::wording::unknown_name;
 
@@ -307,8 +307,8 @@ fn read_integrator(
     Ok(())
 }
 
-fn written(value: &str, params: &Parameters) -> Written<String> {
-    Written {
+fn written(value: &str, params: &Parameters) -> WithLine<String> {
+    WithLine {
         value: value.to_owned(),
         line: params.place.line.unwrap_or(1),
     }

@@ -17,7 +17,7 @@ use crate::math::rgb::Rgb;
 use crate::math::transform::is_invertible;
 use crate::math::vec::{DAffine3, DMat3};
 use crate::scene::description::{
-    ColourDescription, GeometryDescription, InstanceDescription, Key, MaterialDescription,
+    ColourDescription, GeometryDescription, InstanceDescription, Keyframe, MaterialDescription,
     MaterialModel, Place, ShapeDescription,
 };
 use crate::scene::load::wording::{shown, unknown_name};
@@ -27,7 +27,7 @@ use std::rc::Rc;
 const UNEVEN: f64 = 1e-4;
 
 /// Where an object is: a transform, and keys of what is applied after it.
-type Placed = (DAffine3, Vec<Key>);
+type Placed = (DAffine3, Vec<Keyframe>);
 
 impl Builder {
     /// Reads a `Shape` statement.
@@ -249,7 +249,7 @@ fn name_of(params: &Parameters, alpha: &Textured) -> Result<String> {
 fn place_round(
     geometry: &GeometryDescription,
     transform: DAffine3,
-    motion: Vec<Key>,
+    motion: Vec<Keyframe>,
     place: &Place,
     builder: &mut Builder,
 ) -> Placed {
@@ -286,7 +286,7 @@ fn place_round(
     builder
         .library
         .decided(place, "a round shape is scaled unevenly");
-    let key = Key {
+    let key = Keyframe {
         time: 0.0,
         transform,
     };

@@ -19,7 +19,7 @@ use std::sync::Arc;
 const UNEVEN: f64 = 1e-4;
 
 /// The most triangles that get a radiance of their own.
-const MOST_SEPARATE: usize = 256;
+const MAX_SEPARATE: usize = 256;
 
 impl Builder {
     /// Adds a shape that emits; where power is given, its radiance follows from its area.
@@ -67,7 +67,7 @@ impl Builder {
             self.library.contents.shapes.push(shape);
             return Ok(());
         }
-        if areas.len() > MOST_SEPARATE {
+        if areas.len() > MAX_SEPARATE {
             let what = "the power of each triangle became the same radiance of all";
             self.library.approximated(&params.place, what);
             shape.emission = Some(scaled(&light.emission, over(mean), params)?);

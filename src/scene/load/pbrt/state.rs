@@ -13,7 +13,7 @@ use crate::scene::description::Place;
 use std::rc::Rc;
 
 /// The depth of blocks beyond which a file is refused.
-const MOST_BLOCKS: usize = 1024;
+const MAX_BLOCKS: usize = 1024;
 
 /// The targets of `Attribute`, in the order of [`State::defaults`].
 pub const TARGETS: [&str; 5] = ["shape", "light", "material", "medium", "texture"];
@@ -86,9 +86,9 @@ impl Stack {
     /// # Errors
     /// If there are too many within one another.
     pub fn push(&mut self, block: Block, state: &State, place: &Place) -> Result<(), String> {
-        if self.0.len() >= MOST_BLOCKS {
+        if self.0.len() >= MAX_BLOCKS {
             return Err(format!(
-                "expected at most {MOST_BLOCKS} blocks within one another"
+                "expected at most {MAX_BLOCKS} blocks within one another"
             ));
         }
         self.0.push((block, state.clone(), place.clone()));

@@ -46,19 +46,19 @@ const NEAR: usize = 3;
 const FAR: usize = 5;
 
 /// The excess kurtosis of a pixel's mean, estimated from its neighbours, above which the pixel is flagged.
-const MOST_KURTOSIS: f32 = 12.0;
+const MAX_KURTOSIS: f32 = 12.0;
 
 /// The share of black neighbours above which a pixel is flagged, if the others are lit by rare samples.
-const MOST_UNLIT: f32 = 0.2;
+const MAX_UNLIT: f32 = 0.2;
 
 /// The share of the lit neighbours that are black in some of their batches, above which rare samples light them.
-const MOST_PARTLY_LIT: f32 = 0.5;
+const MAX_PARTLY_LIT: f32 = 0.5;
 
 /// The fraction of the kurtosis that the degrees of freedom are matched to.
 const MATCHED: f32 = 0.2;
 
 /// The least degrees of freedom: Student's t has a variance only above 2.
-const LEAST_FREEDOM: f32 = 2.2;
+const MIN_FREEDOM: f32 = 2.2;
 
 /// The standard error, degrees of freedom and flag of each pixel.
 #[derive(Debug, Clone, PartialEq)]
@@ -228,8 +228,8 @@ impl Neighbours {
 
     fn are_doubtful(&self, index: usize) -> bool {
         let [unlit, partly_lit] = [&self.unlit, &self.partly_lit].map(|plane| plane.values[index]);
-        let is_lit_rarely = unlit > MOST_UNLIT && partly_lit > MOST_PARTLY_LIT * (1.0 - unlit);
-        self.kurtosis(index) / BATCHES as f32 > MOST_KURTOSIS || is_lit_rarely
+        let is_lit_rarely = unlit > MAX_UNLIT && partly_lit > MAX_PARTLY_LIT * (1.0 - unlit);
+        self.kurtosis(index) / BATCHES as f32 > MAX_KURTOSIS || is_lit_rarely
     }
 
     fn weights(&self, index: usize) -> Weights {
@@ -276,7 +276,7 @@ impl Weights {
         planted!(
             "moderation-forgets-its-freedom",
             f32::MAX,
-            both.max(LEAST_FREEDOM)
+            both.max(MIN_FREEDOM)
         )
     }
 }

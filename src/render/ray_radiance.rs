@@ -4,13 +4,13 @@
 //! Range: any rays and samples; samples that are not finite are counted and left out of the sums.
 //! Source: none needed. Tested in `tests/rendering/session.rs`.
 
-use super::dispatch::{self, Dispatched};
+use super::dispatch::{self, IntegratorJob};
 use super::settings::RenderSettings;
 use crate::effects::Effects;
 use crate::film::batches::BATCHES;
 use crate::film::pixel::PixelSums;
-use crate::integrator::observer::Unobserved;
-use crate::integrator::path::{PathMemory, WAVEFRONT_SIZE};
+use crate::integrator::observer::NullPathObserver;
+use crate::integrator::path::{PathScratch, WAVEFRONT_SIZE};
 use crate::integrator::{CameraRay, Integrator, SampleLanes};
 use crate::math::lanes::{ActiveLanes, LANES};
 use crate::math::rgb::Rgb;
@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 /// The radiance along one ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AlongRay {
+pub struct RayRadiance {
     /// The mean of the samples.
     pub mean: Rgb,
     /// The standard error of the mean in each channel, with three degrees of freedom; `None` for fewer than four
@@ -37,7 +37,7 @@ pub fn along_rays(
     settings: &RenderSettings,
     rays: &[CameraRay],
     spp: u64,
-) -> Vec<AlongRay> {
+) -> Vec<RayRadiance> {
     let job = Job {
         scene,
         rays,
@@ -54,10 +54,10 @@ struct Job<'a> {
     sampler: AnySampler,
 }
 
-impl Dispatched for Job<'_> {
-    type Output = Vec<AlongRay>;
+impl IntegratorJob for Job<'_> {
+    type Output = Vec<RayRadiance>;
 
-    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Vec<AlongRay> {
+    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Vec<RayRadiance> {
         let rays = self.rays.par_iter().enumerate();
         let one = |(index, ray)| self.one::<E, I>(index as u32, ray, integrator);
         rays.map(one).collect()
@@ -70,13 +70,13 @@ impl Job<'_> {
         place: u32,
         ray: &CameraRay,
         integrator: I,
-    ) -> AlongRay {
+    ) -> RayRadiance {
         let found = self.scene.accel.intersect(&ray.ray, ray.time, None);
         let mut sums = PixelSums::default();
         let mut rejected = 0;
         let mut samplers = Vec::new();
         let mut samples = vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES];
-        let mut memory = PathMemory::default();
+        let mut memory = PathScratch::default();
         for first in (0..self.spp).step_by(WAVEFRONT_SIZE) {
             let indices = first..self.spp.min(first + WAVEFRONT_SIZE as u64);
             samplers.clear();
@@ -95,7 +95,7 @@ impl Job<'_> {
                 &mut samplers,
                 &mut samples,
                 &mut memory,
-                &mut Unobserved,
+                &mut NullPathObserver,
             );
             for (path, index) in indices.enumerate() {
                 let radiance = samples[path / LANES].estimate(path % LANES).radiance;
@@ -110,7 +110,7 @@ impl Job<'_> {
         let n = self.spp as f64;
         let variance = sums.batch_means(self.spp).variance();
         let variance = variance.filter(|_| self.spp >= BATCHES);
-        AlongRay {
+        RayRadiance {
             mean: single(sums.mean(self.spp)),
             standard_error: variance.map(|it| single(it.map(|it| (it / n).sqrt()))),
             rejected,

@@ -16,7 +16,7 @@ use crate::film::filter::{Filter, FilterSampling};
 use crate::film::splats::SplatList;
 use crate::integrator::light_paths::{LightPathShare, LightPathSplats};
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::integrator::path::{PathMemory, WAVEFRONT_SIZE};
+use crate::integrator::path::{PathScratch, WAVEFRONT_SIZE};
 use crate::integrator::{Integrator, RayCounts, SampleLanes};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::math::rgb::Rgb;
@@ -25,7 +25,7 @@ use crate::sampler::{AnySampler, Decision, LaneStates, Sampler};
 use crate::scene::Scene;
 
 /// The largest number of packets in a wavefront, which limits its memory where few lanes of each packet are requested.
-const MOST_PACKETS: usize = 4 * WAVEFRONT_SIZE / LANES;
+const MAX_PACKETS: usize = 4 * WAVEFRONT_SIZE / LANES;
 
 /// The bit of a column that no image has, for the random numbers of the second light path of a sample.
 const SECOND_PATH: u32 = 1 << 31;
@@ -50,7 +50,7 @@ pub struct PacketIndex {
 
 /// The samples of a wavefront, packet by packet.
 #[derive(Debug)]
-pub struct CameraRays<E: Effects> {
+pub struct SampleWavefront<E: Effects> {
     indices: Vec<PacketIndex>,
     /// The samples; their active lanes are those to be estimated. Elements beyond those of `indices` are allocated for
     /// later packets.
@@ -67,10 +67,10 @@ pub struct CameraRays<E: Effects> {
     weights: Vec<Lanes<f32>>,
     /// The number of requested samples.
     count: usize,
-    memory: PathMemory<E>,
+    memory: PathScratch<E>,
 }
 
-impl<E: Effects> CameraRays<E> {
+impl<E: Effects> SampleWavefront<E> {
     /// Creates an empty wavefront.
     pub fn new() -> Self {
         Self {
@@ -82,7 +82,7 @@ impl<E: Effects> CameraRays<E> {
             positions: Vec::new(),
             weights: Vec::new(),
             count: 0,
-            memory: PathMemory::default(),
+            memory: PathScratch::default(),
         }
     }
 
@@ -98,7 +98,7 @@ impl<E: Effects> CameraRays<E> {
 
     /// Whether there are enough samples for a wavefront.
     pub fn is_full(&self) -> bool {
-        self.count >= WAVEFRONT_SIZE || self.indices.len() >= MOST_PACKETS
+        self.count >= WAVEFRONT_SIZE || self.indices.len() >= MAX_PACKETS
     }
 
     /// Adds a packet: the requested samples of a block's pixels. Its camera rays are not traced yet.

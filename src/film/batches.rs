@@ -3,7 +3,7 @@
 //! The samples of a pixel are assigned to a few batches with independent random numbers. Samples of one batch are not
 //! independent if they are stratified; batches are, so their spread gives the error for any sampler. With few
 //! batches, each keeps most of the gain of stratification, and the variance of a pixel has three degrees of freedom,
-//! which `bars.rs` moderates by its neighbours.
+//! which `error_bars.rs` moderates by its neighbours.
 //!
 //! Measure: radiance. Variances and cumulants are those of one sample, as if samples were independent: the variance of a
 //! mean of n samples is an n-th of it.

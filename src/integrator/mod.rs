@@ -149,7 +149,7 @@ pub trait Integrator: Copy + Send + Sync {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [SampleLanes],
-        _memory: &mut PathScratch<E>,
+        _scratch: &mut PathScratch<E>,
         observer: &mut O,
     ) {
         for (samplers, samples) in samplers.chunks_mut(LANES).zip(samples) {
@@ -222,7 +222,7 @@ pub trait Integrator: Copy + Send + Sync {
         _scene: &Scene,
         _samplers: &mut [S],
         _samples: &mut [SampleLanes],
-        _memory: &mut PathScratch<E>,
+        _scratch: &mut PathScratch<E>,
         _splats: &mut LightPathSplats<'_>,
     ) {
     }

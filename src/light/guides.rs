@@ -1,4 +1,4 @@
-//! CausticTargets of light paths: spheres around the shapes that cast caustics, towards which emitted rays are sampled.
+//! Caustic targets of light paths: spheres around the shapes that cast caustics, towards which emitted rays are sampled.
 //!
 //! An emitted ray is sampled by its light's own density or, with probability `GUIDED`, towards one of the spheres: a
 //! direction uniform in the cone of the sphere as seen from the point on the light, or for a light at infinity a point

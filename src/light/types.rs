@@ -19,7 +19,7 @@ pub struct LightSample {
     pub radiance: Rgb,
     /// Density of `wi`; `None` for a delta light, which no other strategy samples.
     pub pdf: Option<PdfSolidAngle>,
-    /// ShadowRayEndKind of the shadow ray.
+    /// The end of the shadow ray.
     pub end: ShadowRayEnd,
 }
 

@@ -64,7 +64,7 @@ pub fn filter(images: Images<'_>) -> Result<()> {
         mut albedo,
         mut normal,
     } = images;
-    // CausticTargets of few samples are noisy themselves: denoised ones keep more detail.
+    // Guides of few samples are noisy themselves: denoised ones keep more detail.
     device.execute(size, &mut albedo, "albedo", &mut [])?;
     device.execute(size, &mut normal, "normal", &mut [])?;
     for colour in colours {

@@ -149,19 +149,19 @@ pub fn replay(
             alone: None,
         });
     }
-    let mut sample_added = Filmed(Rgb::BLACK);
-    observe(settings, &mut sample_added);
+    let mut last = SampleValue(Rgb::BLACK);
+    observe(settings, &mut last);
     Ok(Replay {
-        radiance: sample_added.0,
+        radiance: last.0,
         events,
         alone: Some(radiance),
     })
 }
 
 /// The value of a sample.
-struct Filmed(Rgb);
+struct SampleValue(Rgb);
 
-impl PathObserver for Filmed {
+impl PathObserver for SampleValue {
     fn is_sequential(&self) -> bool {
         false
     }

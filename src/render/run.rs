@@ -141,7 +141,7 @@ impl<'a> Run<'a> {
         let mut is_reached = false;
         while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.left()) {
             let samples = match allocator.is_in_pilot() {
-                true => samples.min(left_of_pilot(budget, planner.spp())),
+                true => samples.min(left_of_pilot(settings.budget, planner.spp())),
                 false => samples,
             };
             let film = &mut rendered.film;
@@ -181,7 +181,15 @@ impl<'a> Run<'a> {
                 last_look = Instant::now();
                 pause = TIME_BETWEEN_LOOKS.max(SHARE_OF_LOOKS * begun.elapsed());
             }
-            let used = planner.fraction(planner.spp() as f64, self.start.elapsed());
+            // A pilot is a share of the render's own samples, also where it is rendered in several parts.
+            let used = match settings.budget {
+                Budget {
+                    spp: Some(spp),
+                    time: None,
+                    error: None,
+                } => planner.spp() as f64 / spp as f64,
+                _ => planner.fraction(planner.spp() as f64, self.start.elapsed()),
+            };
             allocator.pass_done(film, planner.spp(), used);
             if checkpoints.is_due() {
                 self.record(rendered, &planner, &allocator);

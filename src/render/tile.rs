@@ -203,15 +203,20 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         let requested = || ranges.iter().filter(|range| !range.is_empty());
         let first = requested().map(|range| range.start).min();
         let end = requested().map(|range| range.end).max();
-        for sample in first.unwrap_or(0)..end.unwrap_or(0) {
+        let (mut sample, end) = (first.unwrap_or(0), end.unwrap_or(0));
+        while sample < end {
             let mut lanes = ActiveLanes::NONE;
             for (lane, range) in ranges.iter().enumerate() {
                 lanes.set(lane, range.contains(&sample));
             }
             if !lanes.any() {
+                // Ranges of pixels may be far apart.
+                let later = ranges.iter().map(|range| range.start);
+                sample = later.filter(|&start| start > sample).min().unwrap_or(end);
                 continue;
             }
             let index = PacketIndex { block, sample };
+            sample += 1;
             self.camera_rays
                 .add(&self.source.rays, index, lanes, observer);
             if self.camera_rays.is_full() {

@@ -195,7 +195,12 @@ impl Rendering {
         match self.settings.adaptive {
             Adaptive::Off => Ok(()),
             Adaptive::TwoPhase if is_distributed => Ok(()),
-            Adaptive::TwoPhase => Err(without_pilot(self.settings.budget.pilot())),
+            Adaptive::TwoPhase => Err(match self.whole_spp() {
+                Some(spp) => without_pilot(Budget::samples(spp).pilot()),
+                None => Error::usage(
+                    "shards and checkpoints of an adaptive render need its pilot, whose length follows from --spp: give --spp, or use --adaptive=off",
+                ),
+            }),
             Adaptive::Greedy => Err(Error::usage(
                 "the samples of a greedy adaptive render depend on its passes, so that it has no shards and no checkpoints: use --adaptive, or --adaptive=off",
             )),

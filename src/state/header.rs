@@ -246,6 +246,9 @@ impl Header {
             .chain(self.paths.into_iter().flatten());
         if counts.any(|count| count > MAX_COUNTED)
             || self.spp.is_some_and(|spp| spp > MAX_SPP)
+            || self
+                .worth
+                .is_some_and(|worth| !(1.0..=1e18).contains(&worth))
             || !(0.0..=LONGEST).contains(&self.seconds)
         {
             return Err(damaged(

@@ -301,8 +301,8 @@ fn check_pilots(parts: &[(PathBuf, Header)]) -> Result<()> {
     for (path, header) in parts {
         let end = header.done.last().map_or(0, |range| range[1]);
         let wrong = match &header.pilot {
-            Some(other) if *other != pilot => "were distributed by another pilot than those",
-            None if end > pilot.samples => "go beyond the pilot of those",
+            Some(other) if *other != pilot => "were distributed by another pilot than its samples",
+            None if end > pilot.samples => "go beyond its pilot",
             _ => continue,
         };
         return Err(Error::usage(format!(

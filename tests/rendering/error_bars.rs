@@ -89,7 +89,7 @@ fn room_with_metal(roughness: f64) -> SceneDescription {
 }
 
 /// The reference film of the room with the roughest metal; rendered once for all tests, since it takes half a minute.
-static MATTE_ROOM: LazyLock<Film> = LazyLock::new(|| truth(1.0, 1 << 15));
+static MATTE_ROOM: LazyLock<Film> = LazyLock::new(|| truth(1.0, 1 << 14));
 
 /// A reference film of the room with `spp` samples per pixel.
 fn truth(roughness: f64, spp: u64) -> Film {

@@ -35,7 +35,17 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     let mut all = states
         .map(PathBuf::as_path)
         .chain(state.checkpoint.as_deref());
-    all.try_for_each(check_creatable)
+    let is_pilot = |path: &Path| {
+        let pilot = state
+            .pilot
+            .as_deref()
+            .and_then(|pilot| pilot.canonicalize().ok());
+        pilot.is_some() && path.canonicalize().ok() == pilot
+    };
+    all.try_for_each(|path| match is_pilot(path) {
+        true => Err(Error::usage("is the pilot, which all shards need").in_file(path)),
+        false => check_creatable(path),
+    })
 }
 
 /// Checks that a render that begins may replace a checkpoint: one with samples may be of hours that nobody wants to lose,
@@ -49,7 +59,10 @@ fn check_replaceable(checkpoint: &Path) -> Result<()> {
         ))
         .in_file(checkpoint)),
         Ok(_) => Ok(()),
-        Err(error) if checkpoint.is_file() => Err(error),
+        // An empty file, such as a temporary one, has nothing to lose.
+        Err(error) if std::fs::metadata(checkpoint).is_ok_and(|it| it.is_file() && it.len() > 0) => {
+            Err(error)
+        }
         Err(_) => Ok(()),
     }
 }

@@ -78,12 +78,16 @@ struct Bench<'a> {
     report: BenchReport,
 }
 
+/// Edge of a tile in pixels. An observed tile takes memory for a wavefront of its own, which would count in smaller ones.
+const TILE_SIZE: u32 = 32;
+
 /// The settings of a render all of whose rays an observer sees: each path is of one sample and begins at the camera, and no
 /// pilot chooses what the recorded render does not have.
 fn observed_settings(description: &SceneDescription) -> Result<RenderSettings> {
     Ok(RenderSettings {
         filter_sampling: FilterSampling::Importance,
         has_window_pilot: false,
+        tile_size: TILE_SIZE,
         light_paths: LightPathRule::Share(LightPathShare::None),
         reuse: PathReuseRule::Pixels(PathReuse::Off),
         ..RenderSettings::of_scene(description)?.by_name()

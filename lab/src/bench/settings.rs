@@ -108,6 +108,6 @@ pub trait BenchObserver: Sync {
 
 /// An observer that ignores all events.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct NullStudyObserver;
+pub struct NullBenchObserver;
 
-impl BenchObserver for NullStudyObserver {}
+impl BenchObserver for NullBenchObserver {}

@@ -17,9 +17,6 @@ use etendue::internals::scene::Scene;
 /// Number of samples observed in each pixel of a tile before the next tile: as many as are traced together.
 pub const SAMPLES_AT_ONCE: u64 = 16;
 
-/// Edge of a tile in pixels: small tiles cover the image sooner.
-const TILE_SIZE: u32 = 32;
-
 /// A render: a scene with its filter, size and settings.
 #[derive(Debug, Clone, Copy)]
 pub struct Subject<'a> {
@@ -59,7 +56,7 @@ impl Subject<'_> {
         observer: &mut O,
         enough: impl Fn(&O) -> bool,
     ) -> Film {
-        let mut film = Film::new(self.settings.window, TILE_SIZE);
+        let mut film = Film::new(self.settings.window, self.settings.tile_size);
         let (cache, _) = cache_prepass(self.scene, self.filter, self.settings, &|_, _| true);
         let spp = self.settings.budget.spp.unwrap_or(u64::MAX);
         let count = film.tiles().len();

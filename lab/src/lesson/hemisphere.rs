@@ -35,7 +35,7 @@ struct Estimator {
     name: &'static str,
     draw: fn(&mut Uniform) -> Vec3,
     pdf: fn(f32) -> f32,
-    cosine_direction: bool,
+    is_cosine: bool,
 }
 
 const WAYS: [Estimator; 4] = [
@@ -46,25 +46,25 @@ const WAYS: [Estimator; 4] = [
             drawn.map_or(Vec3::NAN, |drawn| drawn.value)
         },
         pdf: |_| PDF_HEMISPHERE_UNIFORM,
-        cosine_direction: false,
+        is_cosine: false,
     },
     Estimator {
         name: "uniform, inversion",
         draw: |u| sample_hemisphere_uniform(u.pair()),
         pdf: |_| PDF_HEMISPHERE_UNIFORM,
-        cosine_direction: false,
+        is_cosine: false,
     },
     Estimator {
         name: "cosine, inversion",
         draw: |u| sample_hemisphere_cosine_by_inversion(u.pair()),
         pdf: pdf_hemisphere_cosine,
-        cosine_direction: true,
+        is_cosine: true,
     },
     Estimator {
         name: "cosine, Malley's lifted disk",
         draw: |u| sample_hemisphere_cosine(u.pair()),
         pdf: pdf_hemisphere_cosine,
-        cosine_direction: true,
+        is_cosine: true,
     },
 ];
 
@@ -72,7 +72,7 @@ impl Estimator {
     /// The variance of an estimate for a sky of radiance cos(theta).
     fn variance(self) -> f64 {
         PI * PI
-            * if self.cosine_direction {
+            * if self.is_cosine {
                 1.0 / 18.0
             } else {
                 16.0 / 45.0
@@ -173,7 +173,7 @@ fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
         ));
     }
     let even = lesson.sample("even sky", SAMPLES, |u| WAYS[1].estimate(0, u));
-    let cosine_direction = lesson.sample("even sky by cosine", SAMPLES, |u| WAYS[3].estimate(0, u));
+    let even_by_cosine = lesson.sample("even sky by cosine", SAMPLES, |u| WAYS[3].estimate(0, u));
     let trials = lesson.sample("trials", SAMPLES, |u| {
         let drawn = sample_hemisphere_by_rejection(&mut || u.single());
         drawn.map_or(f64::NAN, |drawn| f64::from(drawn.trials))
@@ -185,7 +185,7 @@ fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
         Number::mean(
             "E under L = 1: cosine, each sample",
             PI,
-            &cosine_direction.all(),
+            &even_by_cosine.all(),
             1e-6,
         ),
         Number::mean(
@@ -207,7 +207,7 @@ fn from_above(lesson: &Lesson<'_>, title: &str, way: Estimator) -> Plot {
     });
     Plot {
         title: title.to_owned(),
-        reading: if way.cosine_direction {
+        reading: if way.is_cosine {
             "The projections fill the disk evenly: that is Malley's method in reverse."
         } else {
             "Uniform on the sphere, the projections are dense at the rim, where the sphere is steep."
@@ -219,7 +219,7 @@ fn from_above(lesson: &Lesson<'_>, title: &str, way: Estimator) -> Plot {
         series: vec![Series::new(
             "",
             Mark::Dots,
-            usize::from(way.cosine_direction),
+            usize::from(way.is_cosine),
             points.collect(),
         )],
     }

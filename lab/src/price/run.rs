@@ -201,7 +201,7 @@ impl Price<'_> {
         }
         // On a busy machine the steps before may have taken all of the time.
         let left = self.watch.left().max(LEAST * self.settings.budget);
-        let share = (left / own.pace / ENOUGH_SPP)
+        let share = ((left - own.start).max(LEAST * left) / own.pace / ENOUGH_SPP)
             .max(SMALLEST / pixels)
             .min(1.0);
         let longest = match share < 1.0 {

@@ -55,7 +55,11 @@ impl Bias {
             true => 1.0,
             false => student_p_value(t, light.freedom),
         };
-        let of_square = squared.p_above_zero();
+        let beyond_rounding = Estimate {
+            value: squared.value - ROUNDING * ROUNDING,
+            ..squared
+        };
+        let of_square = beyond_rounding.p_above_zero();
         // Bonferroni correction: either of two tests may find it.
         let p = (2.0 * of_square.min(of_light)).min(1.0);
         Some(Self {

@@ -13,7 +13,7 @@ use super::fit::TimeLaw;
 use serde::Serialize;
 
 /// The largest factor between the pace at the own size and that of as many pixels of a smaller image.
-const MOST: f64 = 2.0;
+const MAX_FACTOR: f64 = 2.0;
 
 /// The time at the scene's own size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -27,17 +27,22 @@ pub struct OwnTime {
 /// The times of all variants, from (samples, seconds) of renders at the own size, the laws of the smaller image, and the
 /// number of pixels over that of the smaller image.
 pub fn own_times(own: &[Vec<[f64; 2]>], small: &[TimeLaw], share: f64) -> Vec<OwnTime> {
-    let expected = |law: &TimeLaw| TimeLaw {
-        start: share * law.start,
-        sample: share * law.sample,
+    // A start that does not grow with the image, such as that of threads, may not exceed what was measured.
+    let expected = |(points, law): (&Vec<[f64; 2]>, &TimeLaw)| {
+        let seconds = points.iter().map(|[_, seconds]| *seconds);
+        let shortest = seconds.fold(f64::INFINITY, f64::min);
+        TimeLaw {
+            start: (share * law.start).min(0.5 * shortest),
+            sample: share * law.sample,
+        }
     };
-    let factors = own.iter().zip(small).map(|(points, small)| {
-        let expected = expected(small);
+    let expected: Vec<TimeLaw> = own.iter().zip(small).map(expected).collect();
+    let factors = own.iter().zip(&expected).map(|(points, expected)| {
         let pace = TimeLaw::after(expected.start, points);
         let factor = (pace / expected.sample).ln();
         // Without a measured pace nothing speaks against that of the smaller image.
         let factor = if factor.is_nan() { 0.0 } else { factor };
-        factor.clamp(-MOST.ln(), MOST.ln())
+        factor.clamp(-MAX_FACTOR.ln(), MAX_FACTOR.ln())
     });
     let mut factors: Vec<f64> = factors.collect();
     factors.sort_by(f64::total_cmp);
@@ -46,17 +51,14 @@ pub fn own_times(own: &[Vec<[f64; 2]>], small: &[TimeLaw], share: f64) -> Vec<Ow
         .iter()
         .chain(&[0.0])
         .fold(0.0_f64, |most, factor| most.max((factor - middle).abs()));
-    let of_variant = |law: &TimeLaw| {
-        let TimeLaw { start, sample } = expected(law);
-        OwnTime {
-            law: TimeLaw {
-                start,
-                sample: sample * middle.exp(),
-            },
-            margin,
-        }
+    let of_variant = |law: &TimeLaw| OwnTime {
+        law: TimeLaw {
+            sample: law.sample * middle.exp(),
+            ..*law
+        },
+        margin,
     };
-    small.iter().map(of_variant).collect()
+    expected.iter().map(of_variant).collect()
 }
 
 /// The median of sorted numbers; 0 without any.

@@ -21,7 +21,7 @@ use etendue_lab::bench::parts::{Part, parts};
 use etendue_lab::bench::record::record;
 use etendue_lab::bench::report::BenchReport;
 use etendue_lab::bench::run;
-use etendue_lab::bench::settings::{BenchObserver, BenchSettings, GivenScene, NullStudyObserver};
+use etendue_lab::bench::settings::{BenchObserver, BenchSettings, GivenScene, NullBenchObserver};
 use etendue_lab::bench::subject::Subject;
 use etendue_lab::bench::target::Target;
 use std::collections::{HashMap, HashSet, VecDeque};
@@ -375,7 +375,7 @@ fn bench_report_counts_are_consistent() {
 #[test]
 fn overhead_factor_is_sample_time_over_its_floor() {
     let (scenes, settings) = short();
-    let report = run(&scenes[..1], &settings, &NullStudyObserver).expect("it can be measured");
+    let report = run(&scenes[..1], &settings, &NullBenchObserver).expect("it can be measured");
     let scene = &report.scenes[0];
     let overhead = scene.overhead.as_ref().expect("Embree was measured");
     assert_eq!(overhead.target, settings.render_target());
@@ -453,7 +453,7 @@ fn out_of_range_settings_are_usage_errors() {
         change(|s| s.rays = 0),
         change(|s| s.targets.clear()),
     ] {
-        let error = run(&scenes, &wrong, &NullStudyObserver).expect_err("nothing can be measured");
+        let error = run(&scenes, &wrong, &NullBenchObserver).expect_err("nothing can be measured");
         assert_eq!(error.kind(), ErrorKind::Usage, "{wrong:?}");
     }
 }

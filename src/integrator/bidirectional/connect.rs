@@ -4,7 +4,7 @@
 //!
 //! - s = 0: the camera subpath hits a light, or leaves the scene for the environment.
 //! - s = 1: next event estimation at the last surface of the camera subpath.
-//! - s > 1, t > 1: the last surfaces of both are connected, beta_eye f_eye G V f_light beta_light.
+//! - s > 1, t > 1: the last surfaces of both are connected, beta_camera f_camera G V f_light beta_light.
 //! - t = 1: the last surface of the light subpath is connected to a point of the lens, and splats anywhere on the film.
 //!
 //! Each strategy is weighted against all others that find the same path ([`WholePath`]).
@@ -42,7 +42,7 @@ pub struct LightPath<'a, E: Effects> {
     #[cfg(test)]
     pub ray_density: RayDensity,
     /// The vertices on surfaces.
-    pub walked: Subpath<'a, E>,
+    pub subpath: Subpath<'a, E>,
 }
 
 /// The contribution of one strategy, before and after it is weighted against the others that find its path.
@@ -79,7 +79,7 @@ pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
     /// The light subpath, if there is one.
     pub light: Option<LightPath<'a, E>>,
     /// The camera subpath.
-    pub eye: &'w Subpath<'a, E>,
+    pub camera_path: &'w Subpath<'a, E>,
     pub rays: &'w mut RayCounts,
     pub observer: &'w mut O,
     pub whole: WholePath,
@@ -88,9 +88,9 @@ pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
 impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
     /// Computes all contributions of paths with at least one edge of the camera subpath, one strategy after the other.
     pub fn pixel_contributions(&mut self, mut take: impl FnMut(Contribution)) {
-        for j in 0..self.eye.vertices.len() {
+        for j in 0..self.camera_path.vertices.len() {
             self.emission_s0(j).into_iter().for_each(&mut take);
-            if !self.eye.vertices[j].is_connectible() {
+            if !self.camera_path.vertices[j].is_connectible() {
                 continue;
             }
             if self.allows(j + 1) {
@@ -132,12 +132,12 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         if t == 1 {
             return [self.splat_t1(s - 2, &viewpoint, reaches), None];
         }
-        let last = self.eye.vertices.last();
-        let is_there = self.eye.vertices.len() + 1 == t;
+        let last = self.camera_path.vertices.last();
+        let is_there = self.camera_path.vertices.len() + 1 == t;
         let is_connectible = is_there && last.is_some_and(Vertex::is_connectible);
         match s {
             0 if is_there => [self.emission_s0(t - 2), None],
-            0 if self.eye.vertices.len() + 2 == t => self.environment_s0(),
+            0 if self.camera_path.vertices.len() + 2 == t => self.environment_s0(),
             1 if is_connectible => [self.nee_s1(t - 2), None],
             2.. if is_connectible => [self.connection(s - 2, t - 2), None],
             _ => [None; 2],
@@ -153,20 +153,20 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
     fn light_surfaces(&self) -> usize {
         self.light
             .as_ref()
-            .map_or(0, |light| light.walked.vertices.len())
+            .map_or(0, |light| light.subpath.vertices.len())
     }
 
     /// The contribution of s = 0: the surface `j` of the camera subpath emits.
     fn emission_s0(&mut self, j: usize) -> Option<Contribution> {
-        let (scene, eye) = (self.scene, self.eye);
-        let vertex = &eye.vertices[j];
+        let (scene, camera_path) = (self.scene, self.camera_path);
+        let vertex = &camera_path.vertices[j];
         let emitted = scene.emitted(&vertex.at)?;
         let strategy = Strategy { s: 0, t: j + 2 };
         let mut weight = 1.0;
         if j > 0
             && let Some(light) = scene.light_of(&vertex.at)
         {
-            let before = &eye.vertices[j - 1];
+            let before = &camera_path.vertices[j - 1];
             let receiver = before.receiver();
             let by_nee = scene.light_pdf(self.light_choice, &receiver, self.time, &vertex.at);
             let end = ShadowRayEnd::Surface(point_of(&vertex.at), [0.0; 2]);
@@ -190,12 +190,12 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
 
     /// The contributions of s = 0 from the environment: of the constant one and of the one that is sampled.
     fn environment_s0(&mut self) -> [Option<Contribution>; 2] {
-        let Some(escape) = self.eye.escape.filter(|_| E::Environment::ON) else {
+        let Some(escape) = self.camera_path.escape.filter(|_| E::Environment::ON) else {
             return [None; 2];
         };
         let strategy = Strategy {
             s: 0,
-            t: self.eye.vertices.len() + 2,
+            t: self.camera_path.vertices.len() + 2,
         };
         let contribution = |radiance: Rgb, weight| Contribution {
             strategy,
@@ -212,7 +212,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
                 .environment(escape.direction, EnvironmentSampling::Radiance)
         {
             let mut weight = 1.0;
-            if let Some(last) = self.eye.vertices.last() {
+            if let Some(last) = self.camera_path.vertices.last() {
                 let end = ShadowRayEnd::Infinity;
                 let pdf = self.emission_pdf(environment.light, &end, -escape.direction);
                 let (lights, light) = (&self.scene.lights, environment.light);
@@ -235,8 +235,8 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
 
     /// The contribution of s = 1: next event estimation at the surface `j` of the camera subpath.
     fn nee_s1(&mut self, j: usize) -> Option<Contribution> {
-        let (scene, eye) = (self.scene, self.eye);
-        let vertex = &eye.vertices[j];
+        let (scene, camera_path) = (self.scene, self.camera_path);
+        let vertex = &camera_path.vertices[j];
         let [u, v, u_choice, v_choice] = vertex.u;
         let (lights, receiver) = (&scene.lights, vertex.receiver());
         let u_choice = [u_choice, v_choice];
@@ -285,7 +285,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
     /// camera subpath.
     pub fn connection(&mut self, i: usize, j: usize) -> Option<Contribution> {
         let light = self.light.as_ref()?;
-        let (near, far) = (&self.eye.vertices[j], &light.walked.vertices[i]);
+        let (near, far) = (&self.camera_path.vertices[j], &light.subpath.vertices[i]);
         if !far.is_connectible() {
             return None;
         }
@@ -321,7 +321,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         reaches: &dyn Fn(Vec2) -> bool,
     ) -> Option<Contribution> {
         let light = self.light.as_ref()?;
-        let vertex = &light.walked.vertices[i];
+        let vertex = &light.subpath.vertices[i];
         if !vertex.is_connectible() {
             return None;
         }
@@ -372,14 +372,14 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         whole.clear(vertices);
         // Without a vertex of the light subpath, the last surface of the camera subpath is the source.
         let surfaces = if s == 0 { t - 2 } else { t - 1 };
-        for (j, vertex) in self.eye.vertices[..surfaces].iter().enumerate() {
+        for (j, vertex) in self.camera_path.vertices[..surfaces].iter().enumerate() {
             let place = vertices - 2 - j;
             whole.densities[place] = vertex.densities;
             whole.is_delta[place] = vertex.is_delta;
         }
         whole.begin(source);
         if let Some(light) = self.light.as_ref().filter(|_| s > 1) {
-            for (i, vertex) in light.walked.vertices[..s - 1].iter().enumerate() {
+            for (i, vertex) in light.subpath.vertices[..s - 1].iter().enumerate() {
                 whole.densities[i + 1] = vertex.densities;
                 whole.is_delta[i + 1] = vertex.is_delta;
             }
@@ -429,18 +429,18 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         if j == 0 {
             return 0.0;
         }
-        let from = self.eye.vertices[j].at.p;
-        self.eye.vertices[j - 1].density_from(from, pdf_to_camera)
+        let from = self.camera_path.vertices[j].at.p;
+        self.camera_path.vertices[j - 1].density_from(from, pdf_to_camera)
     }
 }
 
 impl<E: Effects> LightPath<'_, E> {
     /// The density with which a camera subpath continues from surface `i` to the vertex before `i`.
     fn density_before(&self, i: usize, pdf_to_light: PdfSolidAngle) -> f64 {
-        let from = self.walked.vertices[i].at.p;
+        let from = self.subpath.vertices[i].at.p;
         match i {
             0 => self.source.density_from(from, pdf_to_light),
-            _ => self.walked.vertices[i - 1].density_from(from, pdf_to_light),
+            _ => self.subpath.vertices[i - 1].density_from(from, pdf_to_light),
         }
     }
 }

@@ -75,7 +75,7 @@ fn anew(
         ShadowRayEnd::Surface(point, _) => p - point.p,
         ShadowRayEnd::Point(point) => p - *point,
         // The light subpath hit its first surface along this direction.
-        ShadowRayEnd::Infinity => -light.walked.vertices[0].at.wo,
+        ShadowRayEnd::Infinity => -light.subpath.vertices[0].at.wo,
     };
     whole.densities[1].by_light = light
         .ray_density
@@ -130,7 +130,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
         let seen = viewpoint.film_point(ray.dir).expect("it goes forwards");
         let camera = (ray.origin, RayDensity::Point(seen.per_steradian / 100.0));
         let (mut rays, mut observer) = (RayCounts::default(), NullPathObserver);
-        let mut walker = SubpathSampler {
+        let mut subpath_sampler = SubpathSampler {
             scene,
             time,
             roulette: Roulette::None,
@@ -138,13 +138,14 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             rays: &mut rays,
             observer: &mut observer,
         };
-        let Some(light) = integrator
-            .light_path::<Everything, _, _>(&mut walker, integrator.max_bounces.map(u64::from))
-        else {
+        let Some(light) = integrator.light_path::<Everything, _, _>(
+            &mut subpath_sampler,
+            integrator.max_bounces.map(u64::from),
+        ) else {
             continue;
         };
-        let eye: Subpath<'_, Everything> = walker.walk(Start {
-            kind: SubpathKind::Eye,
+        let camera_path: Subpath<'_, Everything> = subpath_sampler.sample(Start {
+            kind: SubpathKind::Camera,
             ray,
             origin: ray.origin,
             found: scene.accel.intersect(&ray, time, None),
@@ -152,7 +153,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             beta: Rgb::WHITE,
             most: Some(5),
         });
-        let surfaces = light.walked.vertices.len();
+        let surfaces = light.subpath.vertices.len();
         let mut connector = Connector {
             scene,
             time,
@@ -160,21 +161,23 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             light_choice: LightChoice::Contribution,
             per_pixel: 0.01,
             light: Some(light),
-            eye: &eye,
+            camera_path: &camera_path,
             rays: &mut rays,
             observer: &mut observer,
             whole: WholePath::default(),
         };
         for i in 0..surfaces {
-            for j in 0..eye.vertices.len() {
-                let is_connectible = eye.vertices[j].is_connectible();
+            for j in 0..camera_path.vertices.len() {
+                let is_connectible = camera_path.vertices[j].is_connectible();
                 if !is_connectible || connector.connection(i, j).is_none() {
                     continue;
                 }
                 let known = connector.whole.clone();
                 let light = connector.light.as_ref().expect("it was put there");
-                let of_light = light.walked.vertices[..=i].iter();
-                let all: Vec<&V<'_>> = of_light.chain(eye.vertices[..=j].iter().rev()).collect();
+                let of_light = light.subpath.vertices[..=i].iter();
+                let all: Vec<&V<'_>> = of_light
+                    .chain(camera_path.vertices[..=j].iter().rev())
+                    .collect();
                 let fresh = anew(scene, light, &all, &known.is_delta, camera);
                 count += 1;
                 // The rounding of a direction changes the density of a narrow lobe, but not the weights.

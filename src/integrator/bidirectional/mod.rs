@@ -114,12 +114,14 @@ impl Bidirectional {
         reaches: &dyn Fn(Vec2) -> bool,
         mut take: impl FnMut(Contribution),
     ) {
-        let mut walker = self.walker(scene, camera_ray, sampler, rays, observer);
+        let mut subpath_sampler = self.subpath_sampler(scene, camera_ray, sampler, rays, observer);
         let of_light = self.max_bounces.map(u64::from);
-        let light = self.light_path::<E, S, O>(&mut walker, of_light);
-        let of_eye = self.max_bounces.map(|most| u64::from(most) + 1);
-        let eye = self.eye_path::<E, S, O>(&mut walker, camera_ray, found, of_eye);
-        let mut connector = self.connector(scene, camera_ray.time, light, &eye, rays, observer);
+        let light = self.light_path::<E, S, O>(&mut subpath_sampler, of_light);
+        let of_camera = self.max_bounces.map(|most| u64::from(most) + 1);
+        let camera_path =
+            self.camera_subpath::<E, S, O>(&mut subpath_sampler, camera_ray, found, of_camera);
+        let mut connector =
+            self.connector(scene, camera_ray.time, light, &camera_path, rays, observer);
         let viewpoint = |u| scene.camera.viewpoint::<E>(u, camera_ray.time);
         connector.film_contributions(viewpoint, reaches, &mut take);
         connector.pixel_contributions(take);
@@ -139,28 +141,33 @@ impl Bidirectional {
         let &CameraRay { ray, time } = camera_ray;
         let Strategy { s, t } = strategy;
         let observer = &mut NullPathObserver;
-        let mut walker = self.walker(scene, camera_ray, sampler, rays, observer);
+        let mut subpath_sampler = self.subpath_sampler(scene, camera_ray, sampler, rays, observer);
         let mut light = None;
         if s > 1 {
-            light = self.light_path::<E, S, _>(&mut walker, Some(s as u64 - 1));
+            light = self.light_path::<E, S, _>(&mut subpath_sampler, Some(s as u64 - 1));
             if light
                 .as_ref()
-                .is_none_or(|it| it.walked.vertices.len() + 1 < s)
+                .is_none_or(|it| it.subpath.vertices.len() + 1 < s)
             {
                 return [None; 2];
             }
         }
-        let mut eye = Subpath::nowhere();
+        let mut camera_path = Subpath::nowhere();
         if t > 1 {
             let found = scene.accel.intersect(&ray, time, None);
-            eye = self.eye_path::<E, S, _>(&mut walker, camera_ray, found, Some(t as u64 - 1));
+            camera_path = self.camera_subpath::<E, S, _>(
+                &mut subpath_sampler,
+                camera_ray,
+                found,
+                Some(t as u64 - 1),
+            );
         }
-        let mut connector = self.connector(scene, time, light, &eye, rays, observer);
+        let mut connector = self.connector(scene, time, light, &camera_path, rays, observer);
         let viewpoint = |u| scene.camera.viewpoint::<E>(u, time);
         connector.by_strategy(strategy, viewpoint, reaches)
     }
 
-    fn walker<'a, 'w, S, O: ?Sized>(
+    fn subpath_sampler<'a, 'w, S, O: ?Sized>(
         &self,
         scene: &'a Scene,
         camera_ray: &CameraRay,
@@ -183,7 +190,7 @@ impl Bidirectional {
         scene: &'a Scene,
         time: f32,
         light: Option<LightPath<'a, E>>,
-        eye: &'w Subpath<'a, E>,
+        camera_path: &'w Subpath<'a, E>,
         rays: &'w mut RayCounts,
         observer: &'w mut O,
     ) -> Connector<'a, 'w, E, O> {
@@ -194,7 +201,7 @@ impl Bidirectional {
             light_choice: self.light_choice,
             per_pixel: 1.0 / self.film_area,
             light,
-            eye,
+            camera_path,
             rays,
             observer,
             whole: WholePath::default(),
@@ -202,20 +209,23 @@ impl Bidirectional {
     }
 
     /// Samples a camera subpath of at most `most` surfaces, along a camera ray with the closest hit `found`.
-    fn eye_path<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn camera_subpath<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walker: &mut SubpathSampler<'a, '_, S, O>,
+        subpath_sampler: &mut SubpathSampler<'a, '_, S, O>,
         &CameraRay { ray, time }: &CameraRay,
         found: Option<Hit>,
         most: Option<u64>,
     ) -> Subpath<'a, E> {
         // Rays through the middle of the lens give the density of rays through any of its points.
-        let middle = walker.scene.camera.viewpoint::<E>(Vec2::splat(0.5), time);
+        let middle = subpath_sampler
+            .scene
+            .camera
+            .viewpoint::<E>(Vec2::splat(0.5), time);
         let film = middle.film_point(ray.dir);
         let per_steradian = film.map_or(0.0, |film| film.per_steradian);
-        walker.rays.camera += 1;
-        walker.walk::<E>(Start {
-            kind: SubpathKind::Eye,
+        subpath_sampler.rays.camera += 1;
+        subpath_sampler.sample::<E>(Start {
+            kind: SubpathKind::Camera,
             ray,
             origin: ray.origin,
             found,
@@ -228,23 +238,23 @@ impl Bidirectional {
     /// Samples a light subpath of at most `most` surfaces; `None` where no light emits, or no surface is hit.
     fn light_path<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        walker: &mut SubpathSampler<'a, '_, S, O>,
+        subpath_sampler: &mut SubpathSampler<'a, '_, S, O>,
         most: Option<u64>,
     ) -> Option<LightPath<'a, E>> {
         if most == Some(0) {
             return None;
         }
-        let (scene, time) = (walker.scene, walker.time);
-        let [u, v, u_choice, v_choice] = walker.sampler.draw(Decision::Source);
-        let u_direction = walker.sampler.draw(Decision::SourceDirection);
+        let (scene, time) = (subpath_sampler.scene, subpath_sampler.time);
+        let [u, v, u_choice, v_choice] = subpath_sampler.sampler.draw(Decision::Source);
+        let u_direction = subpath_sampler.sampler.draw(Decision::SourceDirection);
         let choice = scene.lights.choose_by_power::<E>([u_choice, v_choice]);
         let (light, pmf) = choice?;
         let u_direction = Vec2::from_array(u_direction);
         let sample = scene.sample_emission::<E>(light, time, Vec2::new(u, v), u_direction)?;
         let (mut source, ray_density) = Source::new(sample.end, pmf, &sample.pdf);
         let ray = sample.ray();
-        walker.rays.closest += 1;
-        let walked = walker.walk::<E>(Start {
+        subpath_sampler.rays.closest += 1;
+        let subpath = subpath_sampler.sample::<E>(Start {
             kind: SubpathKind::Light,
             ray,
             origin: sample.origin,
@@ -253,14 +263,14 @@ impl Bidirectional {
             beta: sample.flux(pmf),
             most,
         });
-        let first = walked.vertices.first()?;
-        source.densities.by_camera = source.density_from(first.at.p, walked.back);
+        let first = subpath.vertices.first()?;
+        source.densities.by_camera = source.density_from(first.at.p, subpath.back);
         source.direct = self.density_of_nee(scene, light, time, &source, &sample, first);
         Some(LightPath {
             source,
             #[cfg(test)]
             ray_density,
-            walked,
+            subpath,
         })
     }
 

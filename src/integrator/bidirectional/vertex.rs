@@ -169,11 +169,11 @@ impl<'a, E: Effects> Vertex<'a, E> {
         let is_tilted = seen.is_tilted() || self.at.facing(to_light, self.transmits).is_tilted();
         let both_ways = PdfSolidAngle(1.0);
         let one_way = PdfSolidAngle(if is_tilted { 0.0 } else { 1.0 });
-        let [of_eye, of_light] = [to_camera, to_light].map(|w| seen.frame.to_local(w).z.abs());
+        let [of_camera, of_light] = [to_camera, to_light].map(|w| seen.frame.to_local(w).z.abs());
         // Refraction changes the width of a beam: light is kept in projected solid angle about the shading normal.
         Some(Scattering {
             to_camera: sample.weight,
-            adjoint: adjoint(&seen, to_camera, to_light) * (of_light / of_eye),
+            adjoint: adjoint(&seen, to_camera, to_light) * (of_light / of_camera),
             pdf_to_light: both_ways,
             pdf_to_camera: one_way,
             is_transmitted,

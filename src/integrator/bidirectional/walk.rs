@@ -26,7 +26,7 @@ use crate::scene::Scene;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SubpathKind {
     /// The camera.
-    Eye,
+    Camera,
     /// A light.
     Light,
 }
@@ -118,7 +118,7 @@ pub struct Step {
 
 impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
     /// Samples a subpath until it ends.
-    pub fn walk<E: Effects>(&mut self, start: Start) -> Subpath<'a, E> {
+    pub fn sample<E: Effects>(&mut self, start: Start) -> Subpath<'a, E> {
         let Start {
             kind,
             mut ray,
@@ -128,7 +128,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             mut beta,
             most,
         } = start;
-        let mut walked = Subpath::nowhere();
+        let mut subpath = Subpath::nowhere();
         let mut excluded = None;
         // The throughput for Russian roulette.
         let mut left = Rgb::WHITE;
@@ -141,7 +141,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
                 .surface_interaction::<E>(&ray, self.time, excluded, u_alpha, found);
             let Some(at) = met else {
                 self.watch(kind, |observer| observer.escaped(ray.dir));
-                walked.escape = Some(Escape {
+                subpath.escape = Some(Escape {
                     direction: ray.dir,
                     ray_density,
                     beta,
@@ -160,17 +160,17 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             };
             let Some(step) = step else {
                 self.watch(kind, |observer| observer.absorbed());
-                walked.vertices.push(vertex);
+                subpath.vertices.push(vertex);
                 break;
             };
-            match walked.vertices.last_mut() {
-                None => walked.back = step.backwards,
+            match subpath.vertices.last_mut() {
+                None => subpath.back = step.backwards,
                 Some(before) => {
                     let density = before.density_from(at.p, step.backwards);
                     *kind.backwards(&mut before.densities) = density;
                 }
             }
-            walked.vertices.push(vertex);
+            subpath.vertices.push(vertex);
 
             beta *= step.factor;
             left *= step.reflected;
@@ -180,7 +180,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             let survival = rule.probability(bounce, step.reflected, left);
             if survival < 1.0 {
                 let [u] = self.sampler.draw(match kind {
-                    SubpathKind::Eye => Decision::Roulette(bounce),
+                    SubpathKind::Camera => Decision::Roulette(bounce),
                     SubpathKind::Light => Decision::LightPathRoulette(bounce),
                 });
                 if u >= survival {
@@ -200,13 +200,13 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             self.observer.traced(ray_kind, &ray, self.time);
             found = self.scene.accel.intersect(&ray, self.time, excluded);
         }
-        walked
+        subpath
     }
 
     /// Calls the observer of a camera subpath.
     #[inline]
     fn watch(&mut self, kind: SubpathKind, tell: impl FnOnce(&mut O)) {
-        if kind == SubpathKind::Eye {
+        if kind == SubpathKind::Camera {
             tell(self.observer);
         }
     }
@@ -217,7 +217,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             return 0.0;
         }
         let [u] = self.sampler.draw(match kind {
-            SubpathKind::Eye => Decision::Alpha(bounce),
+            SubpathKind::Camera => Decision::Alpha(bounce),
             SubpathKind::Light => Decision::LightPathAlpha(bounce),
         });
         u
@@ -226,7 +226,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
     /// The numbers for the point that a vertex is connected to.
     pub fn u_connection<E: Effects>(&mut self, kind: SubpathKind, bounce: u32) -> [f32; 4] {
         match kind {
-            SubpathKind::Eye => self.sampler.draw(Decision::Light(bounce)),
+            SubpathKind::Camera => self.sampler.draw(Decision::Light(bounce)),
             SubpathKind::Light if E::Lens::ON => {
                 let [u, v] = self.sampler.draw(Decision::Lens(bounce));
                 [u, v, 0.0, 0.0]
@@ -245,13 +245,13 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
         let at = &vertex.at;
         let wo = at.frame.to_local(at.wo);
         let [u, v, u_lobe] = self.sampler.draw(match kind {
-            SubpathKind::Eye => Decision::Bsdf(bounce),
+            SubpathKind::Camera => Decision::Bsdf(bounce),
             SubpathKind::Light => Decision::LightPathBsdf(bounce),
         });
         let sample = vertex.bsdf.sample::<E>(wo, u_lobe, Vec2::new(u, v))?;
         let w = at.frame.to_world(sample.wi);
         let (to_camera, to_light) = match kind {
-            SubpathKind::Eye => (at.wo, w),
+            SubpathKind::Camera => (at.wo, w),
             SubpathKind::Light => (w, at.wo),
         };
         let is_delta = sample.pdf.is_none();
@@ -262,7 +262,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
         };
         let scattering = scattering?;
         let (forwards, backwards) = match kind {
-            SubpathKind::Eye => (scattering.pdf_to_light, scattering.pdf_to_camera),
+            SubpathKind::Camera => (scattering.pdf_to_light, scattering.pdf_to_camera),
             SubpathKind::Light => (scattering.pdf_to_camera, scattering.pdf_to_light),
         };
         if forwards.0 <= 0.0 {
@@ -277,7 +277,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             1.0 / (vertex.bsdf.ior() * vertex.bsdf.ior())
         };
         let (factor, reflected) = match kind {
-            SubpathKind::Eye => (sample.weight, sample.weight * eta2),
+            SubpathKind::Camera => (sample.weight, sample.weight * eta2),
             SubpathKind::Light => {
                 let of_power = planted!("light-thinned-as-radiance", 1.0, eta2);
                 let of_power = if is_delta { of_power } else { 1.0 / forwards.0 };
@@ -302,7 +302,7 @@ impl SubpathKind {
     /// The densities of a vertex: of this subpath, and of one from the other end.
     fn densities(self, own: f64, other: f64) -> Densities {
         let (by_camera, by_light) = match self {
-            Self::Eye => (own, other),
+            Self::Camera => (own, other),
             Self::Light => (other, own),
         };
         Densities {
@@ -314,7 +314,7 @@ impl SubpathKind {
     /// The density of a subpath from the other end.
     fn backwards(self, densities: &mut Densities) -> &mut f64 {
         match self {
-            Self::Eye => &mut densities.by_light,
+            Self::Camera => &mut densities.by_light,
             Self::Light => &mut densities.by_camera,
         }
     }

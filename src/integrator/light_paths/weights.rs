@@ -4,7 +4,7 @@
 //! unit of étendue; p_i that of continuing from x_i towards the camera, per steradian, and q_i towards the light; and c
 //! the density of the camera's rays per steradian, over the number of light paths for each. Squared distances cancel:
 //!
-//!   p_t / p_0 = e r_1 r_2 ... r_{n-1} d^2 / c,   r_i = (p_i / q_i) |cos_light| / |cos_eye|,   p_{n-1} = 1,
+//!   p_t / p_0 = e r_1 r_2 ... r_{n-1} d^2 / c,   r_i = (p_i / q_i) |cos_light| / |cos_camera|,   p_{n-1} = 1,
 //!
 //! with the cosines between the geometric normal and both directions, and d between x_{n-1} and x_n. Light sampling, with
 //! the density l of the direction from x_1, has p_t / p_1 = (p_t / p_0) q_1 / l. A camera path carries the product from

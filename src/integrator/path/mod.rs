@@ -78,7 +78,7 @@ pub struct PathIntegrator<C = Weighted, K = Uncached> {
     pub reuse: PathReuse,
 }
 
-/// The memory of the path integrator: the states of a wavefront of paths, and of the stages of a bounce.
+/// The scratch of the path integrator: the states of a wavefront of paths, and of the stages of a bounce.
 #[derive(Debug)]
 pub struct PathScratch<E: Effects> {
     /// The paths.
@@ -115,8 +115,8 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         let mut samples = SampleLanes::default();
         samples.add(0, camera_ray, found);
         let (samplers, samples) = (slice::from_mut(sampler), slice::from_mut(&mut samples));
-        let memory = &mut PathScratch::default();
-        self.radiances::<E, S, O>(scene, samplers, samples, memory, observer);
+        let scratch = &mut PathScratch::default();
+        self.radiances::<E, S, O>(scene, samplers, samples, scratch, observer);
         let estimate = samples[0].estimate(0);
         *rays += estimate.rays;
         estimate.radiance
@@ -127,12 +127,12 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [SampleLanes],
-        memory: &mut PathScratch<E>,
+        scratch: &mut PathScratch<E>,
         observer: &mut O,
     ) {
-        memory.paths.begin(samples);
+        scratch.paths.begin(samples);
         if self.reuses::<E>() {
-            memory.reuse.begin(samples.len());
+            scratch.reuse.begin(samples.len());
         }
         let wavefront = PathWavefront {
             scene,
@@ -141,9 +141,9 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
             observer,
             bounce: 0,
         };
-        self.follow(wavefront, memory);
+        self.follow(wavefront, scratch);
         if self.reuses::<E>() {
-            memory.reuse.distribute(samples);
+            scratch.reuse.distribute(samples);
         }
     }
 
@@ -160,10 +160,10 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [SampleLanes],
-        memory: &mut PathScratch<E>,
+        scratch: &mut PathScratch<E>,
         splats: &mut LightPathSplats<'_>,
     ) {
-        self.walk_from_lights(scene, samplers, samples, memory, splats);
+        self.walk_from_lights(scene, samplers, samples, scratch, splats);
     }
 }
 
@@ -176,14 +176,14 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     pub fn follow<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         mut wavefront: PathWavefront<'_, S, O>,
-        memory: &mut PathScratch<E>,
+        scratch: &mut PathScratch<E>,
     ) {
         let PathScratch {
             paths,
             stage,
             reuse,
             ..
-        } = memory;
+        } = scratch;
         stage.direct_light.lights.clear();
         while !paths.is_empty() {
             for block in paths.blocks_mut() {

@@ -23,7 +23,7 @@
 //! the sum over i nor in that over k. Any other path is not shared: it counts for its own pixel alone, with weight one.
 //!
 //! Measure: radiance; densities per area of normalised scene units.
-//! Range: kernels with `PathReuse`, of scenes without motion and alpha. A path whose own density is zero or infinite by
+//! Range: kernels with `Reuse`, of scenes without motion and alpha. A path whose own density is zero or infinite by
 //! rounding is not shared.
 //! Source: Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths"; Veach 1997, section 9.2.
 //! Tested in `tests/rendering/reuse.rs`.

@@ -19,7 +19,7 @@ use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::{InteractionLanes, SurfaceScratch};
 
-/// The memory of the stages of a bounce.
+/// The scratch space of the stages of a bounce.
 #[derive(Debug)]
 pub struct StageScratch<E: Effects> {
     pub surfaces: SurfaceScratch<E>,

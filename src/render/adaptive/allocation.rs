@@ -84,10 +84,11 @@ impl Group {
 }
 
 impl Allocation {
-    /// The allocation from a film that has `pilot` samples in every pixel.
+    /// The allocation from a film after a pilot of `pilot` samples in every pixel, or more where it was interrupted.
     pub fn by_pilot(film: &Film, pilot: u64) -> Self {
         let width = film.window().width as usize;
         let estimates = film.estimates();
+        let counts = film.sample_counts();
         let mut colours = [vec![], vec![]];
         for index in 0..estimates.len() {
             colours[colour(index, width)].push(index);
@@ -98,13 +99,15 @@ impl Allocation {
             let mean = pixels.iter().map(|&i| grey(&estimates[i])).sum::<f64>();
             let mean = mean / pixels.len().max(1) as f64;
             for &i in pixels {
-                own[i] = pilot as f64 * estimates[i].relative_variance(0.01 * mean * mean);
+                own[i] = counts[i] as f64 * estimates[i].relative_variance(0.01 * mean * mean);
             }
         }
         let neighbours = estimated_from_neighbours(film, &own);
         let variances = planted!("pixels-ask-their-own-pilot", own, neighbours);
-        let rays = film.ray_counts().into_iter();
-        let work: Vec<f64> = rays.map(|count| count as f64 / pilot as f64).collect();
+        let rays = film.ray_counts().into_iter().zip(&counts);
+        let work: Vec<f64> = rays
+            .map(|(rays, &count)| rays as f64 / count.max(1) as f64)
+            .collect();
         let wanted = variances.iter().zip(estimated_from_neighbours(film, &work));
         let wanted = wanted.map(|(v, work)| {
             // At least one ray is traced for a sample.

@@ -272,10 +272,10 @@ impl Scene {
         excluded: &ExcludedLanes,
         mut u_alpha: impl FnMut(usize) -> f32,
         end: impl Fn(usize) -> f32,
-        memory: &mut SurfaceScratch<E>,
+        scratch: &mut SurfaceScratch<E>,
         interactions: &mut InteractionLanes<E>,
     ) -> ActiveLanes<LANES> {
-        let SurfaceScratch(triangles) = memory;
+        let SurfaceScratch(triangles) = scratch;
         let mut found = active.and(|lane| packet.hits.geometry[lane] != NO_ID);
         let mut singly = ActiveLanes::<LANES>::NONE;
         for lane in found.each() {

@@ -105,7 +105,7 @@ pub fn framed(path: &Path, bounds: &Bounds, contents: &mut Contents) -> Result<C
     })?;
     contents.note(Note::of_scene(
         NoteKind::Decision,
-        "a bare model: the camera was placed to show all of it",
+        "there is no camera: the camera was placed to show everything",
     ));
     Ok(camera)
 }

@@ -7,7 +7,7 @@
 use super::contents::Contents;
 use super::mtl;
 use super::obj_text::{Complaint, ObjText};
-use super::polygon::Fans;
+use super::polygon::{Fans, note_on_uncovered};
 use super::wording::{shown, unknown_name};
 use super::{beside, read_any_text};
 use crate::error::{Error, Result};
@@ -57,6 +57,7 @@ pub fn load(
         .map_err(|error| Error::scene(format!("expected a model: {error}")).in_file(path))?;
     let unnamed = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut shapes = Vec::with_capacity(models.len());
+    let mut uncovered = 0;
     for (part, model) in obj.parts.iter().zip(models) {
         let (material, emission) = match (part.material, material) {
             (Some(name), _) => surfaces[name].clone(),
@@ -69,13 +70,18 @@ pub fn load(
             file: path.to_path_buf(),
             line: Some(part.line),
         };
-        let geometry = GeometryDescription::Mesh(Arc::new(to_mesh(&model.mesh)));
+        let (mesh, more) = to_mesh(&model.mesh);
+        uncovered += more;
+        let geometry = GeometryDescription::Mesh(Arc::new(mesh));
         shapes.push(ShapeDescription {
             material,
             emission,
             // Many shapes may share a name of any length; messages need only its beginning.
             ..ShapeDescription::new(shown(name), place, geometry)
         });
+    }
+    if let Some(note) = note_on_uncovered(uncovered, whole_file(path)) {
+        contents.note(note);
     }
     Ok(shapes)
 }
@@ -169,21 +175,24 @@ fn parse(text: &str) -> std::result::Result<Vec<tobj::Model>, tobj::LoadError> {
     tobj::load_obj_buf(&mut text.as_bytes(), &options, no_libraries).map(|(models, _)| models)
 }
 
-fn to_mesh(mesh: &tobj::Mesh) -> MeshDescription {
+/// Returns a mesh, and the number of its polygons that are not covered by their triangles.
+fn to_mesh(mesh: &tobj::Mesh) -> (MeshDescription, usize) {
     let (uvs, _) = mesh.texcoords.as_chunks();
     let positions = triples(&mesh.positions);
-    MeshDescription {
-        indices: triangles(mesh, &positions),
+    let (indices, uncovered) = triangles(mesh, &positions);
+    let mesh = MeshDescription {
+        indices,
         positions,
         normals: triples(&mesh.normals),
         uvs: uvs.iter().copied().map(DVec2::from_array).collect(),
-    }
+    };
+    (mesh, uncovered)
 }
 
-/// Cuts the faces of a mesh.
-fn triangles(mesh: &tobj::Mesh, positions: &[DVec3]) -> Vec<[u32; 3]> {
+/// Cuts the faces of a mesh into triangles. Returns also how many are not covered by theirs.
+fn triangles(mesh: &tobj::Mesh, positions: &[DVec3]) -> (Vec<[u32; 3]>, usize) {
     if mesh.face_arities.is_empty() {
-        return mesh.indices.as_chunks().0.to_vec();
+        return (mesh.indices.as_chunks().0.to_vec(), 0);
     }
     let mut triangles = Vec::with_capacity(mesh.indices.len() - 2 * mesh.face_arities.len());
     let mut fans = Fans::default();
@@ -198,8 +207,8 @@ fn triangles(mesh: &tobj::Mesh, positions: &[DVec3]) -> Vec<[u32; 3]> {
         }
         rest = after;
     }
-    fans.cut_concave(&mut triangles, positions);
-    triangles
+    let uncovered = fans.cut_concave(&mut triangles, positions);
+    (triangles, uncovered)
 }
 
 fn triples(numbers: &[f64]) -> Vec<DVec3> {

@@ -167,7 +167,8 @@ impl Reader {
         }
         self.obj.vertices.push('\n');
         // Either a weight follows the coordinates, or red, green and blue.
-        self.obj.coloured += usize::from(kind == 0 && words.count() >= 3);
+        let more = words.take_while(|word| word.parse::<f64>().is_ok()).count();
+        self.obj.coloured += usize::from(kind == 0 && more >= 3);
         self.counts[kind] += 1;
         Ok(())
     }

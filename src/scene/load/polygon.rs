@@ -1,15 +1,20 @@
 //! Cuts polygons into triangles.
 //!
 //! Measure: positions in the file's own units.
-//! Range: any polygon. One that crosses itself, or has more than 4096 corners, keeps the triangles around its first corner.
+//! Range: any polygon. One that crosses itself, or has more than 1024 corners, keeps the triangles around its first corner.
 //! Source: ear cutting in the plane of the polygon's largest projection, through earcut. Tested below.
 
 use crate::math::vec::DVec3;
+use crate::scene::description::{Note, NoteKind, Place};
 use earcut::Earcut;
 use std::ops::Range;
 
-/// The largest number of corners of a polygon that is cut into ears, which may take time in proportion to its square.
-const MAX_CORNERS: usize = 4096;
+/// The largest number of corners of a polygon that is cut into ears.
+const MAX_CORNERS: usize = 1024;
+
+/// The largest sum, over the polygons of a mesh, of the squares of their numbers of corners: a bound of the time that cutting
+/// takes, which grows at least as fast.
+const MAX_WORK: usize = 1 << 30;
 
 /// Polygons of more than three corners, each read as the triangles around its first corner, in the order of a mesh.
 #[derive(Debug, Default)]
@@ -23,15 +28,22 @@ impl Fans {
     }
 
     /// Replaces the triangles of each polygon that they do not cover, as it is concave at a corner that the first one
-    /// does not see. All others stay as they are.
-    pub fn cut_concave(&self, triangles: &mut Vec<[u32; 3]>, positions: &[DVec3]) {
+    /// does not see. All others stay as they are. Returns the number of polygons that are not covered.
+    pub fn cut_concave(&self, triangles: &mut Vec<[u32; 3]>, positions: &[DVec3]) -> usize {
         let mut earcut = Earcut::new();
         let mut ears = Vec::new();
+        let (mut work, mut uncovered) = (0_usize, 0);
         // A cut polygon may have fewer triangles, since corners on a straight edge need none.
         let (mut read, mut written) = (0, 0);
         for fan in &self.0 {
             let polygon = Polygon::new(&triangles[fan.clone()], positions);
-            if fan.len() + 2 > MAX_CORNERS || polygon.is_covered() {
+            if polygon.is_covered() {
+                continue;
+            }
+            uncovered += 1;
+            let count = fan.len() + 2;
+            work = work.saturating_add(count.saturating_mul(count));
+            if count > MAX_CORNERS || work > MAX_WORK {
                 continue;
             }
             let corners: Vec<u32> = polygon.corners().collect();
@@ -48,6 +60,7 @@ impl Fans {
             if !polygon.has_area_of(&cut) {
                 continue;
             }
+            uncovered -= 1;
             triangles.copy_within(read..fan.start, written);
             written += fan.start - read;
             triangles[written..written + cut.len()].copy_from_slice(&cut);
@@ -57,7 +70,16 @@ impl Fans {
         let end = triangles.len();
         triangles.copy_within(read..end, written);
         triangles.truncate(written + end - read);
+        uncovered
     }
+}
+
+/// The note on polygons that are not covered by their triangles; `None` without any.
+pub fn note_on_uncovered(count: usize, place: Place) -> Option<Note> {
+    let text = format!(
+        "{count} concave polygons that cross themselves or have many corners were cut around their first corner"
+    );
+    (count > 0).then(|| Note::at(place, NoteKind::Approximation, text))
 }
 
 /// A polygon as the triangles around its first corner.
@@ -137,8 +159,8 @@ impl<'a> Polygon<'a> {
 mod tests {
     use super::*;
 
-    /// A polygon in the plane x + y + z = 0, with corners given in two coordinates.
-    fn cut(corners: &[[f64; 2]]) -> (Vec<[u32; 3]>, Vec<DVec3>) {
+    /// Cuts a polygon in the plane x + y + z = 0, with corners given in two coordinates.
+    fn cut(corners: &[[f64; 2]], crosses: bool) -> (Vec<[u32; 3]>, Vec<DVec3>) {
         let positions: Vec<DVec3> = corners
             .iter()
             .map(|&[x, y]| DVec3::new(x, y, -x - y))
@@ -151,7 +173,8 @@ mod tests {
         let mut fans = Fans::default();
         fans.push(1..triangles.len());
         triangles.push([2, 0, 1]);
-        fans.cut_concave(&mut triangles, &positions);
+        let uncovered = fans.cut_concave(&mut triangles, &positions);
+        assert_eq!(uncovered, usize::from(crosses));
         assert_eq!(triangles.remove(0), [1, 2, 0]);
         assert_eq!(triangles.pop(), Some([2, 0, 1]));
         (triangles, positions)
@@ -170,7 +193,10 @@ mod tests {
 
     #[test]
     fn convex_polygons_are_cut_around_their_first_corner() {
-        let (triangles, _) = cut(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 1.5], [0.0, 1.0]]);
+        let (triangles, _) = cut(
+            &[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.5, 1.5], [0.0, 1.0]],
+            false,
+        );
         assert_eq!(triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
     }
 
@@ -199,7 +225,7 @@ mod tests {
                     if reversed {
                         corners.reverse();
                     }
-                    let (triangles, positions) = cut(&corners);
+                    let (triangles, positions) = cut(&corners, false);
                     let (each, whole) = areas(&triangles, &positions);
                     assert!(
                         (each - whole).abs() < 1e-12,
@@ -219,7 +245,7 @@ mod tests {
             [3.0, 1.0],
             [-2.0, -3.0],
         ];
-        let (triangles, _) = cut(&star);
+        let (triangles, _) = cut(&star, true);
         assert_eq!(triangles.len(), 3);
     }
 }

@@ -86,8 +86,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let ratios = self.ratios(wavefront, block, lane, start, &towards, cosines);
             let weight = ratios.weight(connection.camera_vertex_ratio);
             let flux = start.source.flux * load::<Rgb>(&block.beta, lane);
-            let of_eye = connection.importance / self.light_paths.share.number();
-            let value = flux * load::<Rgb>(&towards.factor, lane) * (of_eye * weight);
+            let of_camera = connection.importance / self.light_paths.share.number();
+            let value = flux * load::<Rgb>(&towards.factor, lane) * (of_camera * weight);
             if value.is_black() {
                 continue;
             }

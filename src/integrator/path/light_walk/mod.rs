@@ -45,7 +45,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         scene: &Scene,
         samplers: &mut [S],
         samples: &mut [SampleLanes],
-        memory: &mut PathScratch<E>,
+        scratch: &mut PathScratch<E>,
         splats: &mut LightPathSplats<'_>,
     ) {
         let PathScratch {
@@ -53,7 +53,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             stage,
             starts,
             ..
-        } = memory;
+        } = scratch;
         starts.clear();
         for (samplers, samples) in samplers.chunks_mut(LANES).zip(&mut *samples) {
             starts.extend(self.emit::<E, S>(scene, samplers, samples));

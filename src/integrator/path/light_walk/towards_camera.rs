@@ -111,10 +111,10 @@ vectorised! {
     ) {
         for lane in 0..LANES {
             let at: Interaction<E, LaneVec3> = at.get(lane);
-            let eye = at.frame.to_local(load::<LaneVec3>(w, lane));
+            let to_camera_local = at.frame.to_local(load::<LaneVec3>(w, lane));
             let light = at.frame.to_local(at.wo);
-            let value = bsdfs.diffuse(lane).eval(eye, light);
-            store(to_camera, lane, eye);
+            let value = bsdfs.diffuse(lane).eval(to_camera_local, light);
+            store(to_camera, lane, to_camera_local);
             store(to_light, lane, light);
             store(&mut towards.factor, lane, value.f);
             towards.pdf_to_light[lane] = value.pdf.0;

@@ -18,8 +18,8 @@ use std::rc::Rc;
 /// Maximum depth of objects within one another.
 pub const MAX_NESTED: usize = 64;
 
-/// Maximum number of objects within one.
-const MAX_WITHIN: u64 = 4_000_000;
+/// Maximum number of objects within one, and in a scene; a reference counts all that its object consists of.
+const MAX_WITHIN: u64 = 1 << 20;
 
 /// A property as written.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ struct Finished {
 #[derive(Debug)]
 enum Slot {
     /// An object without its properties, and these as written.
-    WithLine(Object, Vec<WrittenProperty>),
+    Written(Object, Vec<WrittenProperty>),
     /// An object whose properties are being resolved.
     Open,
     Finished(Finished),
@@ -66,7 +66,7 @@ pub struct References {
 impl References {
     /// Adds an object with its properties, which replace those that it has, and returns its index.
     pub fn add(&mut self, object: Object, properties: Vec<WrittenProperty>) -> usize {
-        self.slots.push(Slot::WithLine(object, properties));
+        self.slots.push(Slot::Written(object, properties));
         self.slots.len() - 1
     }
 
@@ -98,8 +98,14 @@ impl References {
     /// # Errors
     /// If there is no object of an id, or objects contain themselves or too many others.
     pub fn resolved(mut self, properties: Vec<WrittenProperty>) -> Result<Vec<Property>> {
+        let mut size = 0;
         let resolved = properties.into_iter().map(|property| {
-            let (property, _) = self.property(property, 0)?;
+            let (property, finished) = self.property(property, 0)?;
+            size += finished.map_or(0, |it| it.size);
+            if size > MAX_WITHIN {
+                let why = format!("expected at most {MAX_WITHIN} objects in a scene");
+                return Err(property.place.error(why));
+            }
             Ok(property)
         });
         resolved.collect()
@@ -149,7 +155,7 @@ impl References {
                 self.slots[index] = Slot::Finished(finished.clone());
                 return Ok(finished);
             }
-            Slot::WithLine(object, properties) => (object, properties),
+            Slot::Written(object, properties) => (object, properties),
         };
         let mut depth = 0;
         let mut size = 1_u64;

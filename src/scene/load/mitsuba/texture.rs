@@ -73,6 +73,9 @@ pub fn texture(
                 "regular",
                 "irregular",
                 "blackbody",
+                "srgb",
+                "uniform",
+                "d65",
             ];
             return Err(texture.error(&unknown_name("texture", other, &known)));
         }

@@ -200,7 +200,10 @@ impl Entry {
 
     /// Returns notes on images that do not exist, and are left out.
     pub fn missing_images(&self) -> impl Iterator<Item = Note> {
-        let missing = self.pictures.iter().filter(|(_, (file, _))| !file.exists());
+        let missing = self
+            .pictures
+            .iter()
+            .filter(|(_, (file, _))| !file.is_file());
         missing.map(|(key, (file, line))| {
             let place = Place {
                 line: Some(*line),
@@ -270,7 +273,7 @@ impl Entry {
         key: &'static str,
         read: impl FnOnce(&Path) -> Result<Texture>,
     ) -> Result<Option<Texture>> {
-        let Some((file, line)) = self.pictures.get(key).filter(|(file, _)| file.exists()) else {
+        let Some((file, line)) = self.pictures.get(key).filter(|(file, _)| file.is_file()) else {
             return Ok(None);
         };
         read(file).map(Some).map_err(|error| {
@@ -334,7 +337,7 @@ fn found(library: &Path, name: &str) -> PathBuf {
     let written = beside(library, name);
     let last = name.rsplit(['/', '\\']).next().unwrap_or(name);
     let near = beside(library, last);
-    if !written.exists() && near.exists() {
+    if !written.is_file() && near.is_file() {
         near
     } else {
         written

@@ -8,7 +8,7 @@ mod body;
 mod complaint;
 mod header;
 
-use super::polygon::Fans;
+use super::polygon::{Fans, note_on_uncovered};
 use super::wording::shown;
 use crate::error::{Error, Result};
 use crate::image::srgb;
@@ -66,7 +66,7 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<PlyModel> {
     };
     let mut body = read.map_err(at)?;
     let mesh = &mut body.mesh;
-    body.fans.cut_concave(&mut mesh.indices, &mesh.positions);
+    body.uncovered = body.fans.cut_concave(&mut mesh.indices, &mesh.positions);
     if body.mesh.indices.is_empty() {
         let why =
             "expected a mesh, found no faces: point clouds and triangle strips are not supported";
@@ -138,6 +138,8 @@ struct Body {
     colours: Vec<Rgb>,
     /// The faces with more than three corners.
     fans: Fans,
+    /// Number of polygons that are not covered by their triangles.
+    uncovered: usize,
     /// Number of faces with fewer than three corners.
     left_out: usize,
 }
@@ -163,7 +165,13 @@ impl Body {
             );
             Some(note(Some(faces.line), text))
         });
-        lines.into_iter().chain(by_corner).collect()
+        let place = Place {
+            file: path.to_path_buf(),
+            line: None,
+        };
+        let uncovered = note_on_uncovered(self.uncovered, place);
+        let notes = [lines, by_corner, uncovered];
+        notes.into_iter().flatten().collect()
     }
 }
 

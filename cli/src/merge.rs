@@ -169,8 +169,8 @@ fn write(
 }
 
 /// Whether a state file has layers, by its header.
-fn has_layers(file: &PathBuf) -> bool {
-    read_header(file).is_ok_and(|header| !header.layers.is_empty())
+fn has_layers(file: impl AsRef<Path>) -> bool {
+    read_header(file.as_ref()).is_ok_and(|header| !header.layers.is_empty())
 }
 
 /// The error for files without the layers that a filter needs.

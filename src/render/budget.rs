@@ -398,7 +398,7 @@ mod tests {
             planner.pass_done(samples);
             now += samples as f64;
             let spp = planner.spp();
-            assert!(spp < 4 || spp % 4 == 0 || spp == 107, "{spp}");
+            assert!(spp < 4 || spp.is_multiple_of(4) || spp == 107, "{spp}");
         }
         assert_eq!(planner.spp(), 107);
     }

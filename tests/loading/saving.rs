@@ -160,7 +160,7 @@ fn saved_extreme_values_reload_bit_identically() {
         let model = LightModel::Spot {
             position: DVec3::new(0.0, 1.0, 1e39),
             target: DVec3::ZERO,
-            intensity: Rgb::grey(2e38).into(),
+            intensity: Rgb::grey(2e38),
             cone,
             penumbra: cone,
         };

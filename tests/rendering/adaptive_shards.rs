@@ -332,7 +332,7 @@ fn wrong_pilots_are_rejected() {
         end: 124,
     };
     shard(&session, &long, None, even, &beyond);
-    assert!(merge([&part, &beyond]).contains("beyond the pilot"));
+    assert!(merge([&part, &beyond]).contains("beyond its pilot"));
 
     // Other sums than those that distributed the samples.
     let mut changed = read(&good);

@@ -39,25 +39,21 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         );
         let (samplers, samples) = (&mut *wavefront.samplers, &*wavefront.samples);
         let path = &block.path;
-        let u_alpha = |lane: usize| {
-            let sampler = &mut samplers[path[lane] as usize];
-            let [u] = sampler.draw(Decision::Alpha(bounce));
-            u
-        };
-        let end = |lane: usize| match bounce {
-            0 => {
-                let path = path[lane] as usize;
-                samples[path / LANES].end(path % LANES)
-            }
-            _ => f32::INFINITY,
+        let alpha = |lane: usize| {
+            let path = path[lane] as usize;
+            let [u] = samplers[path].draw(Decision::Alpha(bounce));
+            let end = match bounce {
+                0 => samples[path / LANES].end(path % LANES),
+                _ => f32::INFINITY,
+            };
+            (u, end)
         };
         let StageScratch { surfaces, at, .. } = stage;
         let found = scene.surface_interactions::<E>(
             &block.active,
             &block.packet,
             &block.excluded,
-            u_alpha,
-            end,
+            alpha,
             surfaces,
             at,
         );

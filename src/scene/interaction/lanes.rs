@@ -262,16 +262,15 @@ vectorised! {
 
 impl Scene {
     /// Computes the interactions of rays with their hits. Returns the lanes that have one: those active lanes whose rays
-    /// have hit something that is not passed through by the number `u_alpha` of its lane. A ray that passes through ends at
-    /// `end` of its lane.
+    /// have hit something that is not passed through. `alpha` returns, for a lane, the random number that decides whether
+    /// a surface with alpha is passed through, and the distance at which the ray ends behind it.
     #[inline]
     pub fn surface_interactions<E: Effects>(
         &self,
         active: &ActiveLanes<LANES>,
         packet: &RayHitLanes<LANES>,
         excluded: &ExcludedLanes,
-        mut u_alpha: impl FnMut(usize) -> f32,
-        end: impl Fn(usize) -> f32,
+        mut alpha: impl FnMut(usize) -> (f32, f32),
         scratch: &mut SurfaceScratch<E>,
         interactions: &mut InteractionLanes<E>,
     ) -> ActiveLanes<LANES> {
@@ -301,8 +300,8 @@ impl Scene {
             let (ray, time) = packet.ray(lane);
             let (excluded, hit) = (excluded.get(lane), packet.hit(lane));
             let (ray, u_alpha) = if E::Alpha::ON {
-                let t_max = end(lane);
-                (Ray { t_max, ..ray }, u_alpha(lane))
+                let (u_alpha, t_max) = alpha(lane);
+                (Ray { t_max, ..ray }, u_alpha)
             } else {
                 (ray, 0.0)
             };

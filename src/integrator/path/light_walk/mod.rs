@@ -210,18 +210,17 @@ fn arrive<E: Effects, S: Sampler>(
     stage: &mut StageScratch<E>,
 ) {
     let (samplers, path, bounce) = (&mut *wavefront.samplers, &block.path, wavefront.bounce);
-    let u_alpha = |lane: usize| {
+    let alpha = |lane: usize| {
         let sampler = &mut samplers[path[lane] as usize];
         let [u] = sampler.draw(Decision::LightPathAlpha(bounce));
-        u
+        (u, f32::INFINITY)
     };
     let StageScratch { surfaces, at, .. } = stage;
     let found = wavefront.scene.surface_interactions::<E>(
         &block.active,
         &block.packet,
         &block.excluded,
-        u_alpha,
-        |_| f32::INFINITY,
+        alpha,
         surfaces,
         at,
     );

@@ -5,7 +5,7 @@
 
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::error_bars::{Coverage, Kept, settings};
-use crate::common::nightly::samplers;
+use crate::common::nightly::{is_nightly, samplers};
 use crate::common::room::{floor_below, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle};
 use etendue::internals::accel::Backend;
@@ -116,8 +116,9 @@ fn of_room(roughness: f64, truth: &Film, sampler: SamplerKind, spp: u64) -> Cove
 
 #[test]
 fn error_bars_have_nominal_coverage_in_a_rough_metal_room() {
+    let spp = if is_nightly() { 256 } else { 64 };
     for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
-        let coverage = of_room(1.0, &MATTE_ROOM, sampler, 256);
+        let coverage = of_room(1.0, &MATTE_ROOM, sampler, spp);
         assert_eq!(coverage.miscalibrated(), None, "{}", sampler.name());
         assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
     }

@@ -27,6 +27,7 @@ pub mod strategies;
 mod tally;
 mod threads;
 mod tile;
+mod timers;
 
 use crate::error::{Error, Result};
 use crate::film::filter::Filter;

@@ -16,6 +16,7 @@ use super::sample_wavefront::CameraRaySource;
 use super::settings::{Adaptive, Budget, RenderSettings, SamplerKind};
 use super::tally::Tally;
 use super::tile::{PassJob, SampleRange, SampleSource};
+use super::timers::{Checkpoints, Estimates};
 use super::{CONFIDENCE, RenderInput, Rendered, cache_prepass, dispatch, metropolis};
 use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
@@ -31,12 +32,6 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// The time between estimates of the error that are only shown.
-const TIME_BETWEEN_LOOKS: Duration = Duration::from_secs(2);
-
-/// The estimates that are only shown take at most one in this many parts of the time.
-const SHARE_OF_LOOKS: u32 = 100;
-
 /// The state of a running render.
 pub(super) struct Run<'a> {
     scene: &'a Scene,
@@ -51,35 +46,6 @@ pub(super) struct Run<'a> {
     samples: AtomicU64,
     cancelled: AtomicBool,
     totals: Mutex<Tally>,
-}
-
-/// The times of checkpoints.
-struct Checkpoints {
-    interval: Option<Duration>,
-    last: Instant,
-}
-
-impl Checkpoints {
-    fn new(interval: Option<Duration>, start: Instant) -> Self {
-        Self {
-            interval,
-            last: start,
-        }
-    }
-
-    /// The time until the next checkpoint.
-    fn left(&self) -> Option<Duration> {
-        let interval = self.interval?;
-        Some(interval.saturating_sub(self.last.elapsed()))
-    }
-
-    fn is_due(&self) -> bool {
-        self.left() == Some(Duration::ZERO)
-    }
-
-    fn made(&mut self) {
-        self.last = Instant::now();
-    }
 }
 
 /// The state of the error that is shown during a render.
@@ -137,7 +103,7 @@ impl<'a> Run<'a> {
         let firsts = allocator.counts(pixels, self.first);
         let mut shown = Shown::default();
         let mut checkpoints = Checkpoints::new(self.observer.checkpoint_interval(), self.start);
-        let (mut last_look, mut pause) = (self.start, TIME_BETWEEN_LOOKS);
+        let mut estimates = Estimates::new(self.start);
         let mut is_reached = false;
         while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.left()) {
             let samples = match allocator.is_in_pilot() {
@@ -164,31 +130,15 @@ impl<'a> Run<'a> {
             }
             planner.pass_done(samples);
             self.observer.pass(film);
-            // An estimate takes one thread's time, so it is not made more often than it is shown.
-            let is_due = planner.is_look_due();
-            if is_due || last_look.elapsed() > pause {
+            if planner.is_look_due() || estimates.are_due() {
                 let begun = Instant::now();
-                let target = planner.target();
-                let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
-                let estimate = film.error(confidence);
-                if is_due {
-                    planner.add_look(estimate, self.of_whole(&allocator));
-                }
-                let elapsed = self.start.elapsed();
-                let pilots = shown.predicted.filter(|predicted| !predicted.is_rough);
-                shown.predicted = pilots.or(Predicted::by(&planner, elapsed));
-                shown.rel_rmse = estimate.map(|error| error.rel_rmse);
-                last_look = Instant::now();
-                pause = TIME_BETWEEN_LOOKS.max(SHARE_OF_LOOKS * begun.elapsed());
+                self.estimate(film, &mut planner, &allocator, &mut shown);
+                estimates.made(begun);
             }
             // A pilot is a share of the render's own samples, also where it is rendered in several parts.
-            let used = match settings.budget {
-                Budget {
-                    spp: Some(spp),
-                    time: None,
-                    error: None,
-                } => planner.spp() as f64 / spp as f64,
-                _ => planner.fraction(planner.spp() as f64, self.start.elapsed()),
+            let used = match settings.budget.only_samples() {
+                Some(spp) => planner.spp() as f64 / spp as f64,
+                None => planner.fraction(planner.spp() as f64, self.start.elapsed()),
             };
             allocator.pass_done(film, planner.spp(), used);
             if checkpoints.is_due() {
@@ -204,6 +154,25 @@ impl<'a> Run<'a> {
             || planner.is_reached()
             || (!rendered.cancelled && planner.target().is_some_and(|it| rendered.meets(it)));
         rendered.predicted = shown.predicted;
+    }
+
+    /// Estimates the error and what is shown of it, and lets the planner know if it is due.
+    fn estimate(
+        &self,
+        film: &Film,
+        planner: &mut PassPlanner,
+        allocator: &SampleAllocator,
+        shown: &mut Shown,
+    ) {
+        let target = planner.target();
+        let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
+        let estimate = film.error(confidence);
+        if planner.is_look_due() {
+            planner.add_look(estimate, self.of_whole(allocator));
+        }
+        let pilots = shown.predicted.filter(|predicted| !predicted.is_rough);
+        shown.predicted = pilots.or(Predicted::by(planner, self.start.elapsed()));
+        shown.rel_rmse = estimate.map(|error| error.rel_rmse);
     }
 
     /// Fills the irradiance cache of a render that uses one, and has none yet.
@@ -388,12 +357,8 @@ impl<'a> Run<'a> {
 /// The samples per pixel after which the pilot of an adaptive render is over. Where nothing but samples limits the
 /// render, its length depends on nothing else; elsewhere it ends between passes.
 fn left_of_pilot(budget: Budget, spp: u64) -> u64 {
-    match budget {
-        Budget {
-            spp: Some(_),
-            time: None,
-            error: None,
-        } if spp < budget.pilot() => budget.pilot() - spp,
+    match budget.only_samples() {
+        Some(_) if spp < budget.pilot() => budget.pilot() - spp,
         _ => u64::MAX,
     }
 }

@@ -112,7 +112,7 @@ mod tests {
         let laws = [small(0.01); 3];
         let own = own_times(&[points(1.2), points(1.2), points(1.6)], &laws, SHARE);
         let paces: Vec<[f64; 3]> = own.iter().map(|own| pace(own, &laws[0])).collect();
-        // What one variant alone took longer does not change the comparison with the others.
+        // The comparison of variants does not change by the time that one of them alone took longer.
         assert_eq!(paces[0], paces[2]);
         let [value, low, high] = paces[0];
         assert!((value - 1.2_f64.sqrt()).abs() < 1e-9, "{value}");

@@ -47,6 +47,12 @@ impl Budget {
         }
     }
 
+    /// The samples per pixel, if nothing else limits the render.
+    pub fn only_samples(self) -> Option<u64> {
+        self.spp
+            .filter(|_| self.time.is_none() && self.error.is_none())
+    }
+
     /// The samples per pixel of an adaptive render's pilot, as far as they are known before the first of them.
     pub fn pilot(self) -> u64 {
         let may_end_before = self.error.is_some() || self.time.is_some();

@@ -1,0 +1,66 @@
+//! When a render writes its next checkpoint, and when it estimates the error to show it.
+//!
+//! Measure: time that passes.
+//! Range: any interval.
+//! Source: none needed. Tested through `run.rs`.
+
+use std::time::{Duration, Instant};
+
+/// The time between estimates of the error that are only shown.
+const TIME_BETWEEN_LOOKS: Duration = Duration::from_secs(2);
+
+/// The estimates that are only shown take at most one in this many parts of the time.
+const SHARE_OF_LOOKS: u32 = 100;
+
+/// The times of checkpoints.
+pub(super) struct Checkpoints {
+    interval: Option<Duration>,
+    last: Instant,
+}
+
+impl Checkpoints {
+    pub(super) fn new(interval: Option<Duration>, start: Instant) -> Self {
+        Self {
+            interval,
+            last: start,
+        }
+    }
+
+    /// The time until the next checkpoint.
+    pub(super) fn left(&self) -> Option<Duration> {
+        let interval = self.interval?;
+        Some(interval.saturating_sub(self.last.elapsed()))
+    }
+
+    pub(super) fn is_due(&self) -> bool {
+        self.left() == Some(Duration::ZERO)
+    }
+
+    pub(super) fn made(&mut self) {
+        self.last = Instant::now();
+    }
+}
+
+/// The times of estimates of the error that are only shown: an estimate takes one thread's time.
+pub(super) struct Estimates {
+    last: Instant,
+    pause: Duration,
+}
+
+impl Estimates {
+    pub(super) fn new(start: Instant) -> Self {
+        Self {
+            last: start,
+            pause: TIME_BETWEEN_LOOKS,
+        }
+    }
+
+    pub(super) fn are_due(&self) -> bool {
+        self.last.elapsed() > self.pause
+    }
+
+    pub(super) fn made(&mut self, begun: Instant) {
+        self.last = Instant::now();
+        self.pause = TIME_BETWEEN_LOOKS.max(SHARE_OF_LOOKS * begun.elapsed());
+    }
+}

@@ -10,8 +10,6 @@
 
 use super::bootstrap::Ranged;
 use super::fit::Curve;
-use super::gram::Estimate;
-use etendue::internals::math::stats::{normal_quantile, student_quantile_of};
 use serde::Serialize;
 
 /// The p-value of the lack-of-fit test below which levels do not follow a law.
@@ -122,7 +120,7 @@ impl Curve {
             self.law_of(means, law)
                 .map_or(f64::NAN, |law| law.samples_for(rel_mse))
         });
-        let range = Ranged::of(value, replicas);
+        let range = self.widened(Ranged::of(value, replicas), &self.shares(law.first));
         if law.b == 1.0 {
             return range;
         }
@@ -152,27 +150,12 @@ impl Curve {
             return None;
         }
         let range = Ranged::of(value, replicas);
-        // The means of a few renders spread as Student's distribution: replicas have its deviation, but not its tails.
         let above = self.means.iter().rposition(|&mean| mean >= rel_mse);
         Some(above.map_or(range, |above| {
-            let freedom = self.freedom_between(above, value);
-            range.widened(student_quantile_of(freedom, 0.975) / normal_quantile(0.975))
+            let [from, to] = [above, above + 1].map(|level| self.spp[level].ln());
+            let share = ((value.ln() - from) / (to - from)).clamp(0.0, 1.0);
+            self.widened(range, &[(above, 1.0 - share), (above + 1, share)])
         }))
-    }
-
-    /// The degrees of freedom of a crossing between this level and the next, each of which has a share in its logarithm.
-    fn freedom_between(&self, level: usize, samples: f64) -> f64 {
-        let [from, to] = [level, level + 1].map(|level| self.spp[level].ln());
-        let share = ((samples.ln() - from) / (to - from)).clamp(0.0, 1.0);
-        let part = |level: usize, share: f64| {
-            let estimate = Estimate {
-                value: 0.0,
-                standard_error: 1.0,
-                freedom: self.groups[level].len() as f64 - 1.0,
-            };
-            (share, estimate)
-        };
-        Estimate::sum(&[part(level, 1.0 - share), part(level + 1, share)]).freedom
     }
 
     /// The law of a replica, fitted as `law` is.

@@ -6,6 +6,7 @@
 //! Source: Kolb, Mitchell and Hanrahan 1995 for the thin lens. Tested below.
 
 use crate::effects::{Effects, Switch};
+use crate::math::functions::tan;
 use crate::math::lanes::{LANES, Lanes, Lanes3, store, vectorised};
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec2, DVec3, LaneVec3, Vec2, Vec3, Vector};
@@ -72,7 +73,7 @@ impl Camera {
     /// If there is no pose.
     pub fn new(p: &CameraParameters) -> Self {
         let (width, height) = (f64::from(p.size.0), f64::from(p.size.1));
-        let half_height = (0.5 * p.fov).tan();
+        let half_height = tan(0.5 * p.fov);
         let half_width = half_height * width / height;
         let pose = |&(eye, [right, up, back]): &(Vec3, [DVec3; 3])| Pose {
             eye,

@@ -2,7 +2,7 @@
 //! other in a cycle, at any depth of folders.
 //!
 //! Reads every path that begins with `crate::` or `super::` in the sources of all packages, `mod.rs` files and groups in braces
-//! included. Cargo itself rejects cycles of packages.
+//! included. Cargo itself rejects cycles of packages. The renderer calls no function whose bits the processor decides.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -275,6 +275,58 @@ fn unsafe_code_is_in_allowed_places_with_safety_comments() {
             }
         }
     }
+}
+
+/// Functions whose last bits depend on the processor or on the C library, by their calls.
+const MACHINE_FUNCTIONS: &[&str] = &[
+    ".sin(",
+    ".cos(",
+    ".tan(",
+    ".sin_cos(",
+    ".asin(",
+    ".acos(",
+    ".atan(",
+    ".atan2(",
+    ".sinh(",
+    ".cosh(",
+    ".tanh(",
+    ".exp(",
+    ".exp2(",
+    ".exp_m1(",
+    ".ln(",
+    ".log(",
+    ".log2(",
+    ".log10(",
+    ".ln_1p(",
+    ".powf(",
+    ".cbrt(",
+    ".hypot(",
+    "from_rotation_",
+    "from_axis_angle",
+    "angle_between",
+    "slerp(",
+];
+
+/// The calls of these functions, each with its module.
+fn calls_of_machine_functions(package: &Package) -> Vec<String> {
+    let modules = package
+        .iter()
+        .filter(|(module, _)| module.join("::") != "math::functions");
+    let calls = modules.flat_map(|(module, code)| {
+        let found = MACHINE_FUNCTIONS
+            .iter()
+            .filter(|call| code.contains(**call));
+        found.map(|call| format!("{}: {call}", module.join("::")))
+    });
+    calls.collect()
+}
+
+#[test]
+fn transcendental_functions_are_the_same_on_every_processor() {
+    let calls = calls_of_machine_functions(&package("src"));
+    assert!(calls.is_empty(), "math/functions.rs has these: {calls:#?}");
+    let wrong = small(&[("film/filter.rs", "fn f(x: f64) -> f64 { x.exp() }")]);
+    assert_eq!(calls_of_machine_functions(&wrong), ["film::filter: .exp("]);
 }
 
 /// A package of a few files.

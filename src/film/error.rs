@@ -25,6 +25,7 @@
 
 use super::Film;
 use super::relative_variance::RelativeVariances;
+use crate::math::functions::hypot;
 use crate::math::stats::student_quantile_of;
 
 /// The estimated error of an image and its upper bound.
@@ -100,7 +101,7 @@ const ROUNDING: f64 = 1e-6;
 const UNRESOLVED: f64 = 0.4;
 
 /// The number of standard errors from the squared error to its lower bound: 95 %, one-sided.
-const SURE: f64 = 1.645;
+const LOWER_BOUND_SIGMAS: f64 = 1.645;
 
 /// The largest share of pixels that counts as few.
 const MAX_PIXELS: f64 = 0.05;
@@ -141,7 +142,7 @@ impl Film {
         if second == 0.0 {
             // All batches are equal.
             let bound = (parts.upper_mean + MODEL_ERROR * mse).sqrt();
-            return Some(estimate(bound.hypot(ROUNDING), None));
+            return Some(estimate(hypot(bound, ROUNDING), None));
         }
         // Degrees of freedom: those of as many equal blocks. Of n of them, the squares have this ratio 3 / (n + 2) on
         // average.
@@ -152,10 +153,8 @@ impl Film {
             None => {
                 let sigmas = student_quantile_of(freedom, confidence);
                 let margin = margin(sigmas, standard_error, parts.largest_sample);
-                (parts.upper_mean + MODEL_ERROR * mse + margin)
-                    .max(0.0)
-                    .sqrt()
-                    .hypot(ROUNDING)
+                let bound = (parts.upper_mean + MODEL_ERROR * mse + margin).max(0.0);
+                hypot(bound.sqrt(), ROUNDING)
             }
         };
         Some(estimate(bound, doubt))
@@ -167,7 +166,7 @@ impl Film {
 pub(crate) fn margin(sigmas: f64, standard_error: f64, largest_sample: f64) -> f64 {
     let spread = sigmas * standard_error;
     if sigmas > 0.0 {
-        spread.hypot(CHANCE * largest_sample)
+        hypot(spread, CHANCE * largest_sample)
     } else {
         spread
     }
@@ -197,7 +196,8 @@ impl RelativeVariances {
             let difference = self.difference(index);
             squares += difference * (2.0 * *block + difference);
             *block += difference;
-            best = f64::max(best, rest - SURE * (0.75 * squares).max(0.0).sqrt());
+            let error = (0.75 * squares).max(0.0).sqrt();
+            best = f64::max(best, rest - LOWER_BOUND_SIGMAS * error);
             if rest <= 0.5 * mse {
                 (bright, share) = (place, 1.0 - rest / mse);
             }
@@ -260,24 +260,24 @@ mod tests {
 
     /// The mean estimated error over the mean true error of 60 images with this sample count, and the number of
     /// bounds that hold.
-    fn told(sample: fn(usize, &mut Numbers) -> f64, samples: u64) -> (f64, u32) {
-        let (mut said, mut truth, mut held) = (0.0, 0.0, 0);
+    fn estimated_over_true(sample: fn(usize, &mut Numbers) -> f64, samples: u64) -> (f64, u32) {
+        let (mut estimated, mut truth, mut held) = (0.0, 0.0, 0);
         for seed in 0..60 {
             let film = film(SIZE, samples, seed, sample);
             let error = film.error(0.95).expect("it has samples");
             let exact = true_error(&film, light);
-            said += error.rel_rmse;
+            estimated += error.rel_rmse;
             truth += exact;
             held += u32::from(exact <= error.upper_bound);
         }
-        (said / truth, held)
+        (estimated / truth, held)
     }
 
     #[test]
     fn error_estimate_matches_true_error_and_bound_has_coverage() {
         // Of 60 bounds that hold with 95 %, fewer than 52 do with probability 2e-3; ours hold more often.
         for (samples, tolerance) in [(16, 0.12), (64, 0.04), (256, 0.04)] {
-            let (ratio, held) = told(noisy, samples);
+            let (ratio, held) = estimated_over_true(noisy, samples);
             println!("noisy, {samples}: {ratio:.3}, {held} of 60");
             assert!((ratio - 1.0).abs() < tolerance, "{samples}: {ratio}");
             assert!(held >= 54, "{samples}: {held} of 60");
@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn error_estimate_and_bound_hold_with_rare_bright_samples() {
         for samples in [64, 256] {
-            let (ratio, held) = told(rare, samples);
+            let (ratio, held) = estimated_over_true(rare, samples);
             println!("rare, {samples}: {ratio:.3}, {held} of 60");
             assert!((ratio - 1.0).abs() < 0.1, "{samples}: {ratio}");
             assert!(held >= 54, "{samples}: {held} of 60");

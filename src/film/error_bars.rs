@@ -32,13 +32,12 @@
 
 use super::Film;
 use super::batches::{BATCHES, BatchMeans};
+use super::chi_square::{INVERSE_CHI_SQUARE, mean_root_of_chi_square};
 use crate::image::Image;
 use crate::math::plane::Plane;
 use crate::math::rgb::Rgb;
 use crate::math::stats::standardised_student_quantile;
 use crate::planted::planted;
-use statrs::function::gamma::ln_gamma;
-use std::sync::LazyLock;
 
 /// Radius in pixels of the square of neighbours that the variance is moderated by.
 const NEAR: usize = 3;
@@ -215,13 +214,13 @@ impl Neighbours {
     /// The excess kurtosis of a batch mean; 0 without variance.
     fn kurtosis(&self, index: usize) -> f32 {
         /// The largest kurtosis returned.
-        const MOST: f32 = 1e4;
+        const MAX_ESTIMATE: f32 = 1e4;
         let [fourth, squared] = [&self.fourth, &self.squared].map(|plane| plane.values[index]);
         match fourth {
             _ if fourth <= 0.0 => 0.0,
             // The unbiased estimate of the squared variance may fall below 0 by chance where only rare events
             // contribute.
-            _ if squared <= fourth / MOST => MOST,
+            _ if squared <= fourth / MAX_ESTIMATE => MAX_ESTIMATE,
             _ => fourth / squared,
         }
     }
@@ -281,78 +280,12 @@ impl Weights {
     }
 }
 
-/// The mean of sqrt(X / d), with X chi-square distributed with d degrees of freedom.
-fn mean_root_of_chi_square(freedom: f32) -> f32 {
-    let d = f64::from(freedom);
-    let ratio = ln_gamma(0.5 * (d + 1.0)) - ln_gamma(0.5 * d);
-    ((2.0 / d).sqrt() * ratio.exp()) as f32
-}
-
-/// A table of E(sigma)^2 / E(sigma^2) for variances sigma^2 from a scaled inverse chi-square distribution, by degrees
-/// of freedom.
-struct InverseChiSquare {
-    /// Pairs of degrees of freedom and ratio, both increasing.
-    table: Vec<[f32; 2]>,
-}
-
-static INVERSE_CHI_SQUARE: LazyLock<InverseChiSquare> = LazyLock::new(InverseChiSquare::new);
-
-impl InverseChiSquare {
-    /// Builds the table for degrees of freedom from 2.05 to 10,000.
-    fn new() -> Self {
-        const STEPS: u32 = 256;
-        let (least, most) = (0.05_f64, 1e4_f64);
-        let table = (0..=STEPS).map(|step| {
-            let d = 2.0 + least * (most / least).powf(f64::from(step) / f64::from(STEPS));
-            [d as f32, Self::ratio(d) as f32]
-        });
-        Self {
-            table: table.collect(),
-        }
-    }
-
-    /// The ratio for d degrees of freedom, (d - 2) / 2 (Gamma((d - 1) / 2) / Gamma(d / 2))^2.
-    fn ratio(d: f64) -> f64 {
-        let roots = ln_gamma(0.5 * (d - 1.0)) - ln_gamma(0.5 * d);
-        0.5 * (d - 2.0) * (2.0 * roots).exp()
-    }
-
-    /// Returns the degrees of freedom with this ratio, linearly interpolated.
-    fn freedom(&self, ratio: f32) -> f32 {
-        let above = self.table.partition_point(|entry| entry[1] < ratio);
-        if above == 0 {
-            return self.table[0][0];
-        }
-        let Some(&[d1, r1]) = self.table.get(above) else {
-            return self.table[above - 1][0];
-        };
-        let [d0, r0] = self.table[above - 1];
-        d0 + (d1 - d0) * (ratio - r0) / (r1 - r0).max(f32::MIN_POSITIVE)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::synthetic::{Numbers, film};
-    use super::*;
     use crate::math::rgb::Rgb;
 
     const SIZE: (u32, u32) = (48, 48);
-
-    #[test]
-    fn degrees_of_freedom_are_recovered_from_the_moment_ratio() {
-        for d in [2.1, 3.0, 4.0, 10.0, 200.0] {
-            let back = f64::from(INVERSE_CHI_SQUARE.freedom(InverseChiSquare::ratio(d) as f32));
-            assert!((back / d - 1.0).abs() < 0.01, "{d}: {back}");
-        }
-        // Gamma(1) / Gamma(3/2) squared, times a half; and the mean of |x| of a normal number.
-        let four_over_pi = 4.0 / std::f64::consts::PI;
-        assert!((InverseChiSquare::ratio(3.0) - 0.5 * four_over_pi).abs() < 1e-9);
-        let normal = f64::from(mean_root_of_chi_square(1.0));
-        assert!((normal - (2.0 / std::f64::consts::PI).sqrt()).abs() < 1e-6);
-        let [least, most] = [0.0, 2.0].map(|ratio| INVERSE_CHI_SQUARE.freedom(ratio));
-        assert!((least - 2.05).abs() < 1e-4 && (most / 1e4 - 1.0).abs() < 1e-3);
-    }
 
     /// The shares of unflagged pixels whose intervals of 50, 80, 95 and 99 % contain the expectation 1.
     fn coverage(samples: u64, sample: impl Fn(usize, &mut Numbers) -> f64 + Copy) -> [f64; 4] {
@@ -440,13 +373,13 @@ mod tests {
             film.error_bars().flags
         };
         let usual = flags(None);
-        let mut told = 0;
+        let mut changed = 0;
         for pixel in [1000, 1001, 1500, 2000] {
             let unusual = flags(Some(pixel));
             assert_eq!(unusual[pixel], usual[pixel], "{pixel} was asked");
-            told += (0..usual.len()).filter(|&i| unusual[i] != usual[i]).count();
+            changed += (0..usual.len()).filter(|&i| unusual[i] != usual[i]).count();
         }
-        assert!(told > 10, "nobody was asked: {told}");
+        assert!(changed > 10, "nobody was asked: {changed}");
     }
 
     #[test]

@@ -30,18 +30,12 @@ impl Numbers {
 
 /// Builds a film of `samples` samples per pixel, each a function of the pixel's index.
 pub fn film(
-    (width, height): (u32, u32),
+    size: (u32, u32),
     samples: u64,
     seed: u64,
     sample: impl Fn(usize, &mut Numbers) -> f64,
 ) -> Film {
-    let window = Window {
-        x: 0,
-        y: 0,
-        width,
-        height,
-    };
-    let mut film = Film::new(window, width.max(height));
+    let mut film = Film::new(Window::whole(size), size.0.max(size.1));
     let mut numbers = Numbers::new(seed);
     let tile = &mut film.tiles_mut()[0];
     tile.samples = samples;

@@ -20,6 +20,16 @@ pub struct Window {
 }
 
 impl Window {
+    /// All pixels of an image of this width and height.
+    pub fn whole((width, height): (u32, u32)) -> Self {
+        Self {
+            x: 0,
+            y: 0,
+            width,
+            height,
+        }
+    }
+
     /// The number of pixels.
     pub fn pixel_count(&self) -> u64 {
         u64::from(self.width) * u64::from(self.height)

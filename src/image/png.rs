@@ -7,6 +7,7 @@
 use super::raster::code_values;
 use super::srgb::to_code;
 use super::{ColourSpace, Image};
+use crate::math::functions::exp2;
 use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, Filter};
 use std::io::{self, Write};
 
@@ -72,7 +73,7 @@ fn encode_codes(
 
 /// The 8-bit sRGB codes of each pixel's channels, brightened by `exposure` stops.
 pub fn codes(image: &Image, exposure: f32) -> Vec<u8> {
-    let gain = f64::from(exposure).exp2();
+    let gain = exp2(f64::from(exposure));
     let channels = image.pixels().iter().flat_map(|pixel| pixel.to_array());
     channels
         .map(|channel| to_code(f64::from(channel) * gain))
@@ -111,7 +112,7 @@ mod tests {
             assert_eq!((read.width(), read.height()), (13, 7));
             for (wrote, read) in image.pixels().iter().zip(read.pixels()) {
                 for (wrote, read) in wrote.to_array().into_iter().zip(read.to_array()) {
-                    let shown = (f64::from(wrote) * f64::from(exposure).exp2()).clamp(0.0, 1.0);
+                    let shown = (f64::from(wrote) * exp2(f64::from(exposure))).clamp(0.0, 1.0);
                     let codes = 255.0 * (f64::from(read) - from_linear(shown)).abs();
                     assert!(codes <= 0.5 + 1e-4, "{wrote} came back {codes} codes away");
                 }

@@ -4,12 +4,14 @@
 //! Range: any number; above 1 the power law continues, below 0 the linear part.
 //! Source: IEC 61966-2-1:1999. Tested below over all 256 codes.
 
+use crate::math::functions::powf;
+
 /// Decodes an sRGB value to a linear value.
 pub fn to_linear(encoded: f64) -> f64 {
     if encoded <= 0.04045 {
         encoded / 12.92
     } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
+        powf((encoded + 0.055) / 1.055, 2.4)
     }
 }
 
@@ -18,7 +20,7 @@ pub fn from_linear(linear: f64) -> f64 {
     if linear <= 0.003_130_8 {
         12.92 * linear
     } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
+        1.055 * powf(linear, 1.0 / 2.4) - 0.055
     }
 }
 

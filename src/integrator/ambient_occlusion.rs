@@ -45,9 +45,9 @@ impl Integrator for AmbientOcclusion {
         } else {
             0.0
         };
-        let met: Option<Interaction<E>> =
+        let at: Option<Interaction<E>> =
             scene.surface_interaction(&ray, time, None, u_alpha, found);
-        let Some(at) = met else {
+        let Some(at) = at else {
             observer.escaped(ray.dir);
             return Rgb::BLACK;
         };
@@ -64,8 +64,8 @@ impl Integrator for AmbientOcclusion {
         ray.t_max = self.distance;
         rays.shadow += 1;
         observer.traced(RayKind::Shadow, &ray, time);
-        let seen = scene.visibility::<E>(&ray, time) * Rgb::WHITE;
-        observer.environment(seen);
-        seen
+        let radiance = scene.visibility::<E>(&ray, time) * Rgb::WHITE;
+        observer.environment(radiance);
+        radiance
     }
 }

@@ -146,11 +146,11 @@ impl Survival {
     /// Returns the survival probability of a path after scattering event number `bounce`, which multiplied its
     /// throughput by `weight` and left it at `beta`.
     ///
-    /// A path that loses no energy would never end in a closed scene: from event `PATIENCE` on, the probability is at
+    /// A path that loses no energy would never end in a closed scene: from event `LONG_PATH` on, the probability is at
     /// most `LONG_RUN`.
     #[inline(always)]
     pub fn probability<V: Vector>(self, bounce: u32, weight: Rgb<V>, beta: Rgb<V>) -> f32 {
-        const PATIENCE: u32 = 32;
+        const LONG_PATH: u32 = 32;
         const LONG_RUN: f32 = 0.99;
         let [by_albedo, by_throughput] = [weight.max_channel(), beta.max_channel()];
         let share = if self.by_albedo {
@@ -158,7 +158,7 @@ impl Survival {
         } else {
             by_throughput * self.parts
         };
-        let limit = if bounce < PATIENCE { 1.0 } else { LONG_RUN };
+        let limit = if bounce < LONG_PATH { 1.0 } else { LONG_RUN };
         if self.is_certain {
             1.0
         } else {

@@ -12,7 +12,7 @@
 //! receiver.
 //!
 //! Measure: lengths in normalised units; intensities relative to the largest.
-//! Range: any light and any receiver. The estimate is from `LEAST` to `MOST`, or zero.
+//! Range: any light and any receiver. The estimate is from `MIN_ESTIMATE` to `MAX_ESTIMATE`, or zero.
 //! Source: Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting", sections 4 and
 //! 5. Tested in `tests/lights/choice.rs`.
 
@@ -23,10 +23,10 @@ use crate::planted::planted;
 use std::f64::consts::PI;
 
 /// The least estimate above zero.
-const LEAST: f32 = 1e-37;
+const MIN_ESTIMATE: f32 = 1e-37;
 
 /// The largest estimate: the sum of some is finite.
-const MOST: f32 = 1e35;
+const MAX_ESTIMATE: f32 = 1e35;
 
 /// A bound of the rounding errors of the cosines.
 const MARGIN: f32 = 1e-5;
@@ -183,7 +183,7 @@ impl<V: Vector> LightBounds<V> {
         let cosines = at_receiver.max(MARGIN) * at_light.max(MARGIN);
         let estimate = self.intensity * cosines / (distance2 + 0.5 * radius2);
         if is_lit {
-            estimate.clamp(LEAST, MOST)
+            estimate.clamp(MIN_ESTIMATE, MAX_ESTIMATE)
         } else {
             0.0
         }

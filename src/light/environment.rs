@@ -16,6 +16,7 @@
 
 use super::types::{EnvironmentSampling, LightSample, ShadowRayEnd};
 use crate::image::Image;
+use crate::math::functions::{atan2, cos, hypot, sin, sin_cos};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DMat3, DVec3, Vec2, Vec3};
@@ -64,7 +65,7 @@ impl EnvironmentMap {
             azimuth * (share_above * mean(above) + share_below * mean(below))
         });
         let patches = Piecewise2d::new(weights.clone(), width)?;
-        let half_sin2 = |row| (0.5 * border(row, height)).sin().powi(2);
+        let half_sin2 = |row| sin(0.5 * border(row, height)).powi(2);
         let borders: Vec<f64> = (0..height + 2).map(half_sin2).collect();
         let mean = patches.sum() / (4.0 * PI);
         let above_mean = weights.enumerate().map(|(patch, weight)| {
@@ -93,10 +94,10 @@ impl EnvironmentMap {
         PI * scene_radius * scene_radius * self.patches.sum()
     }
 
-    /// The distribution over patches by a rule.
+    /// The distribution over patches.
     #[inline]
-    fn distribution(&self, rule: EnvironmentSampling) -> &Piecewise2d {
-        match (rule, &self.compensated) {
+    fn distribution(&self, sampling: EnvironmentSampling) -> &Piecewise2d {
+        match (sampling, &self.compensated) {
             (EnvironmentSampling::Compensated, Some(compensated)) => compensated,
             _ => &self.patches,
         }
@@ -104,22 +105,24 @@ impl EnvironmentMap {
 
     /// Samples a direction to the environment, the same for every receiver.
     #[inline]
-    pub fn sample(&self, u: Vec2, rule: EnvironmentSampling) -> Option<LightSample> {
-        let [column, row] = self.distribution(rule).sample(u.to_array().map(f64::from));
+    pub fn sample(&self, u: Vec2, sampling: EnvironmentSampling) -> Option<LightSample> {
+        let [column, row] = self
+            .distribution(sampling)
+            .sample(u.to_array().map(f64::from));
         let [low, high] = [self.borders[row.piece], self.borders[row.piece + 1]];
         let half_sin2 = low + row.offset * (high - low);
-        let sin = 2.0 * (half_sin2 * (1.0 - half_sin2)).sqrt();
+        let sin_theta = 2.0 * (half_sin2 * (1.0 - half_sin2)).sqrt();
         let centre = planted!("environment-half-a-texel", 0.0, 0.5);
         let x = column.piece as f64 + column.offset + centre;
-        let azimuth = TAU * (x / f64::from(self.image.width()) - 0.5);
+        let (sin_azimuth, cos_azimuth) = sin_cos(TAU * (x / f64::from(self.image.width()) - 0.5));
         let local = DVec3::new(
-            sin * azimuth.sin(),
+            sin_theta * sin_azimuth,
             1.0 - 2.0 * half_sin2,
-            -sin * azimuth.cos(),
+            -sin_theta * cos_azimuth,
         );
         let wi = (self.to_world * local).as_vec3a();
         // Evaluated at the rounded direction, so that a BSDF sample of the same direction gets the same values.
-        let (radiance, pdf) = self.eval(wi, rule);
+        let (radiance, pdf) = self.eval(wi, sampling);
         (pdf.0 > 0.0).then_some(LightSample {
             wi,
             radiance,
@@ -130,12 +133,12 @@ impl EnvironmentMap {
 
     /// The radiance from a direction, and the density of [`sample`](Self::sample) there.
     #[inline]
-    pub fn eval(&self, direction: Vec3, rule: EnvironmentSampling) -> (Rgb, PdfSolidAngle) {
+    pub fn eval(&self, direction: Vec3, sampling: EnvironmentSampling) -> (Rgb, PdfSolidAngle) {
         let at = self.locate(direction);
         let solid_angle = TAU / f64::from(self.image.width())
             * 2.0
             * (self.borders[at.row + 1] - self.borders[at.row]);
-        let pdf = self.distribution(rule).pmf(at.column, at.row) / solid_angle;
+        let pdf = self.distribution(sampling).pmf(at.column, at.row) / solid_angle;
         (self.radiance(at), PdfSolidAngle(pdf as f32))
     }
 
@@ -143,8 +146,8 @@ impl EnvironmentMap {
     fn locate(&self, direction: Vec3) -> Location {
         let (width, height) = (self.image.width() as usize, self.image.height() as usize);
         let w = self.to_world.transpose() * direction.as_dvec3();
-        let u = 0.5 + w.x.atan2(-w.z) / TAU;
-        let theta = w.x.hypot(w.z).atan2(w.y);
+        let u = 0.5 + atan2(w.x, -w.z) / TAU;
+        let theta = atan2(hypot(w.x, w.z), w.y);
         // x counts from the centre of the last column; patch 0 starts at the centre of the first.
         let x = u * width as f64 + 0.5;
         let column = (x as usize + width - 1) % width;
@@ -191,7 +194,7 @@ fn border(row: usize, height: usize) -> f64 {
 /// int (b - theta) / (b - a) sin theta dtheta, and int (theta - a) / (b - a) sin theta dtheta, from a to b.
 fn shares(row: usize, height: usize) -> [f64; 2] {
     let (a, b) = (border(row, height), border(row + 1, height));
-    let whole = 2.0 * (0.5 * (a + b)).sin() * (0.5 * (b - a)).sin();
-    let below = (b.sin() - a.sin()) / (b - a) - b.cos();
+    let whole = 2.0 * sin(0.5 * (a + b)) * sin(0.5 * (b - a));
+    let below = (sin(b) - sin(a)) / (b - a) - cos(b);
     [whole - below, below]
 }

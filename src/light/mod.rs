@@ -5,11 +5,11 @@
 //! rays find it.
 
 pub mod bounds;
+pub mod caustic_targets;
 pub mod disk;
 pub mod distant;
 pub mod emission;
 pub mod environment;
-pub mod guides;
 pub mod lanes;
 pub mod moving;
 pub mod point;
@@ -98,7 +98,7 @@ impl Light {
             Self::Point(light) if E::DeltaLights::ON => light.sample(p),
             Self::Spot(light) if E::DeltaLights::ON => light.sample(p),
             Self::Distant(light) if E::DeltaLights::ON => Some(light.sample()),
-            Self::Environment(map) if E::EnvironmentMap::ON => map.sample(u, rules.map),
+            Self::Environment(map) if E::EnvironmentMap::ON => map.sample(u, rules.environment),
             _ => beyond_kernel(),
         }
     }

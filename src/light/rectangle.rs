@@ -3,7 +3,7 @@
 //! Measure: densities per steradian.
 //! Range: edges at right angles (others are two triangles); any receiver off the plane. Beyond [`CLEAR`] radii the point is
 //! sampled with a density per area that is linear along each edge, beyond [`FAR`] radii and on the side that does not emit
-//! by area, and else by solid angle, or by area again below [`spherical_rectangle::SMALLEST`].
+//! by area, and else by solid angle, or by area again below [`spherical_rectangle::MIN_SOLID_ANGLE`].
 //! Source: `sampling/linear.rs`, `sampling/spherical_rectangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
@@ -171,9 +171,9 @@ impl RectangleLight {
 
     #[cold]
     fn sample_near(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let seen = self.seen_from(p)?;
-        let s = if seen.solid_angle() >= spherical_rectangle::SMALLEST {
-            seen.sample(u)
+        let spherical = self.seen_from(p)?;
+        let s = if spherical.solid_angle() >= spherical_rectangle::MIN_SOLID_ANGLE {
+            spherical.sample(u)
         } else {
             u.to_array().map(f64::from)
         };
@@ -182,7 +182,7 @@ impl RectangleLight {
         let [along_u, along_v] = [0, 1].map(|i| s[i] * rectangle.edges[i].as_dvec3());
         let position = (rectangle.corner.as_dvec3() + along_u + along_v).as_vec3();
         let point = rectangle.point(p.into(), position, |distance2, cos| {
-            self.of_angle(&seen, distance2, cos)
+            self.of_angle(&spherical, distance2, cos)
         });
         self.light_sample(&point)
     }
@@ -198,9 +198,9 @@ impl RectangleLight {
         SphericalRectangle::new(corner, self.axes, self.lengths)
     }
 
-    fn of_angle(&self, seen: &SphericalRectangle, distance2: f32, cos: f32) -> f32 {
-        if seen.solid_angle() >= spherical_rectangle::SMALLEST {
-            (1.0 / seen.solid_angle()) as f32
+    fn of_angle(&self, spherical: &SphericalRectangle, distance2: f32, cos: f32) -> f32 {
+        if spherical.solid_angle() >= spherical_rectangle::MIN_SOLID_ANGLE {
+            (1.0 / spherical.solid_angle()) as f32
         } else {
             self.rectangle.per_steradian(1.0, distance2, cos)
         }

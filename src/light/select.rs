@@ -12,7 +12,10 @@ use super::rectangle::{self, RectangleLanes};
 use super::sphere::{self, SphereLanes};
 use super::tree::LightTree;
 use super::triangle::{self, TriangleLanes};
-use super::types::{EnvironmentSampling, LightChoice, LightSample, LightSampling, Receiver};
+use super::types::{
+    EmissionSample, EnvironmentSampling, LightChoice, LightSample, LightSampling, Receiver,
+    ShadowRayEnd,
+};
 use crate::effects::{Effects, Switch};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3};
 use crate::math::measure::{PdfSolidAngle, Pmf};
@@ -281,15 +284,43 @@ impl Lights {
     pub fn environment(
         &self,
         direction: Vec3,
-        rule: EnvironmentSampling,
+        sampling: EnvironmentSampling,
     ) -> Option<EnvironmentSample> {
         let (light, map) = self.map.as_ref()?;
-        let (radiance, pdf) = map.eval(direction, rule);
+        let (radiance, pdf) = map.eval(direction, sampling);
         Some(EnvironmentSample {
             light: *light,
             radiance,
             pdf,
         })
+    }
+
+    /// The density with which light sampling at a receiver finds the origin of an emitted ray of a light, or the ray's
+    /// direction from a light at infinity: per steradian, or the probability of selecting a light that has no other point
+    /// or direction.
+    pub fn pdf_nee<E: Effects>(
+        &self,
+        light: u32,
+        sample: &EmissionSample,
+        rules: LightSampling,
+        receiver: &Receiver,
+        time: f32,
+    ) -> f32 {
+        match &sample.end {
+            ShadowRayEnd::Surface(point, _) => {
+                let towards = point.p - receiver.p;
+                let pdf = self.pdf::<E>(light, rules.choice, receiver, time, towards, point.ng);
+                pdf.0
+            }
+            ShadowRayEnd::Infinity if E::EnvironmentMap::ON && sample.pdf.can_be_hit() => {
+                let pmf = self.pmf::<E>(light, rules.choice, receiver);
+                let environment = self.environment(-sample.direction, rules.environment);
+                environment.map_or(0.0, |environment| (pmf * environment.pdf).0)
+            }
+            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => {
+                self.pmf::<E>(light, rules.choice, receiver).0
+            }
+        }
     }
 
     /// The probability of selecting a light for a receiver.

@@ -12,6 +12,7 @@
 use super::point::PointLight;
 use super::types::LightSample;
 use crate::math::frame::Frame;
+use crate::math::functions::sin;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
@@ -31,7 +32,7 @@ impl SpotLight {
     /// Creates a light at a position, with a unit vector along its axis and the radiant intensity there, in normalised
     /// units. The angle from the axis to the edge is `cone`; over the last `penumbra` of it the intensity falls off.
     pub fn new(position: Vec3, axis: Vec3, intensity: Rgb, cone: f64, penumbra: f64) -> Self {
-        let one_minus_cos = |angle: f64| 2.0 * (0.5 * angle).sin().powi(2);
+        let one_minus_cos = |angle: f64| 2.0 * sin(0.5 * angle).powi(2);
         Self {
             point: PointLight::new(position, intensity),
             axis,

@@ -3,7 +3,7 @@
 //! Measure: densities per steradian.
 //! Range: any receiver off the triangle's plane. Beyond [`FAR`] radii, and on the side that does not emit, the point is
 //! sampled by area; nearer by solid angle, in single precision where [`ClearTriangle`] allows it, else in double; and by
-//! area again below [`spherical_triangle::SMALLEST`].
+//! area again below [`spherical_triangle::MIN_SOLID_ANGLE`].
 //! Source: `sampling/clear_triangle.rs`, `sampling/spherical_triangle.rs`. Tested in `tests/lights/light.rs`
 //! and `tests/lights/lanes.rs`.
 
@@ -147,7 +147,7 @@ impl TriangleLight {
     fn sample_skew(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let vertices = self.seen_from(p);
         let omega = spherical_triangle::solid_angle(vertices);
-        if omega < spherical_triangle::SMALLEST {
+        if omega < spherical_triangle::MIN_SOLID_ANGLE {
             return self.sample_by_area(p, u);
         }
         let b = spherical_triangle::sample(vertices, omega, u).map_or_else(
@@ -160,7 +160,7 @@ impl TriangleLight {
     #[cold]
     fn pdf_skew(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
         let omega = spherical_triangle::solid_angle(self.seen_from(p));
-        if omega < spherical_triangle::SMALLEST {
+        if omega < spherical_triangle::MIN_SOLID_ANGLE {
             return self.pdf_area().to_solid_angle(distance2, cos);
         }
         Some(PdfSolidAngle((1.0 / omega) as f32))

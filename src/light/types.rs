@@ -85,7 +85,7 @@ pub struct LightSampling {
     /// The points on it.
     pub points: PointRule,
     /// The directions to an environment map.
-    pub map: EnvironmentSampling,
+    pub environment: EnvironmentSampling,
 }
 
 /// A point that receives light.
@@ -141,6 +141,13 @@ pub struct EmissionPdf {
     pub position: Option<PdfArea>,
     /// Density of the direction; `None` for a distant light, which has only one.
     pub direction: Option<PdfSolidAngle>,
+}
+
+impl EmissionPdf {
+    /// Whether another ray can hit the light: it has more than one point and more than one direction.
+    pub fn can_be_hit(&self) -> bool {
+        self.position.is_some() && self.direction.is_some()
+    }
 }
 
 /// A sphere around everything that a ray can hit, in normalised units.

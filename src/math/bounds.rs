@@ -4,7 +4,7 @@
 //! Range: empty until the first point; an empty box has no centre and no extent.
 //! Source: none needed. Tested below.
 
-use super::vec::DVec3;
+use super::vec::{DAffine3, DVec3};
 
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +46,23 @@ impl Bounds {
         }
     }
 
+    /// The box around the corners of the transformed box; empty if the box is.
+    pub fn transformed(&self, transform: &DAffine3) -> Self {
+        if self.is_empty() {
+            return *self;
+        }
+        Self::around((0..8).map(|corner| {
+            let pick = |axis: usize| {
+                if corner >> axis & 1 == 0 {
+                    self.min[axis]
+                } else {
+                    self.max[axis]
+                }
+            };
+            transform.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+        }))
+    }
+
     /// Whether the box is empty: no point has been added.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
@@ -79,5 +96,14 @@ mod tests {
         assert!(!bounds.is_empty());
         assert_eq!(bounds.centre(), DVec3::new(1.0, 2.0, 3.0));
         assert_eq!(bounds.extent(), DVec3::new(2.0, 4.0, 6.0));
+    }
+
+    #[test]
+    fn transformed_bounds_enclose_all_corners_and_stay_empty() {
+        let moved = DAffine3::from_translation(DVec3::X) * DAffine3::from_scale(-DVec3::ONE);
+        let bounds = Bounds::around([DVec3::ZERO, DVec3::new(2.0, 4.0, 6.0)]);
+        let expected = [DVec3::new(-1.0, -4.0, -6.0), DVec3::X];
+        assert_eq!(bounds.transformed(&moved), Bounds::around(expected));
+        assert!(Bounds::default().transformed(&moved).is_empty());
     }
 }

@@ -13,7 +13,7 @@
 pub const LANES: usize = 16;
 
 /// The largest number of active lanes that is faster to compute one lane at a time.
-pub const FEW: usize = 3;
+pub const MAX_SCALAR_LANES: usize = 3;
 
 /// One number per lane.
 pub type Lanes<T> = [T; LANES];

@@ -32,7 +32,7 @@ impl PdfArea {
 impl PdfSolidAngle {
     /// The smallest density above 0: the MIS weight of any other technique is then 1, and without another technique
     /// that of this one.
-    pub const LEAST: Self = Self(f32::from_bits(1));
+    pub const MIN_ABOVE_ZERO: Self = Self(f32::from_bits(1));
 
     /// Converts the pdf to area measure at squared distance `distance2`: p_A = p_omega |cos| / r^2.
     #[inline]

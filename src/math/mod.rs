@@ -3,6 +3,7 @@
 pub mod bounds;
 pub mod exact_sum;
 pub mod frame;
+pub mod functions;
 pub mod lanes;
 pub mod measure;
 pub mod plane;

@@ -4,6 +4,7 @@
 //! Range: any matrices; one with numbers that are not finite is neither a rotation nor invertible.
 //! Source: none needed. Tested below and in `tests/loading/scene_files.rs`.
 
+use super::functions::{atan2, sin_cos};
 use super::vec::{DAffine3, DMat3, DVec3};
 
 /// Whether a matrix is invertible, at any scale: compares its determinant with the product of its axes' lengths.
@@ -22,6 +23,18 @@ pub fn is_rotation(matrix: &DMat3) -> bool {
         .map(f64::abs)
         .fold(0.0, f64::max);
     largest < 1e-6 && matrix.determinant() > 0.0
+}
+
+/// The rotation about the unit vector `axis`, in radians: Rodrigues' formula, by functions that are the same everywhere.
+pub fn rotation(axis: DVec3, angle: f64) -> DMat3 {
+    let (sin, cos) = sin_cos(angle);
+    let turned = |v: DVec3| v * cos + axis.cross(v) * sin + axis * (axis.dot(v) * (1.0 - cos));
+    DMat3::from_cols(turned(DVec3::X), turned(DVec3::Y), turned(DVec3::Z))
+}
+
+/// The angle between two vectors, from 0 to pi; accurate also where it is small.
+pub fn angle(a: DVec3, b: DVec3) -> f64 {
+    atan2(a.cross(b).length(), a.dot(b))
 }
 
 /// The transform of a camera at `eye` that looks at `target`; `None` where its orientation is undetermined.
@@ -57,6 +70,21 @@ mod tests {
         assert!(!is_rotation(&unknown) && !is_invertible(&unknown));
         let mirrored = DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0));
         assert!(!is_rotation(&mirrored) && is_invertible(&mirrored));
+    }
+
+    #[test]
+    fn rotations_and_angles_agree_with_glam() {
+        for i in 0..50 {
+            let t = f64::from(i) * 0.37;
+            let axis = DVec3::new(t.sin(), 0.3, t.cos()).normalize();
+            let theirs = DMat3::from_axis_angle(axis, t - 9.0);
+            let error = rotation(axis, t - 9.0) - theirs;
+            assert!(error.to_cols_array().iter().all(|x| x.abs() < 1e-15));
+            let (a, b) = (theirs.x_axis * 3.0, DVec3::new(0.2, -t, 1.0));
+            assert!((angle(a, b) - a.angle_between(b)).abs() < 1e-7);
+        }
+        // glam's arc cosine has no angle that is this small.
+        assert_eq!(angle(DVec3::X, DVec3::new(1.0, 1e-12, 0.0)), 1e-12);
     }
 
     #[test]

@@ -108,7 +108,7 @@ fn vanishes(effect: Effect) -> &'static str {
     match effect {
         Effect::ShadingNormals => "has only the geometric normals of its triangles",
         Effect::Textures => "has a texture of one colour",
-        Effect::NormalMaps => "has a flat normal map",
+        Effect::NormalMaps => "has a flat normal or bump map",
         Effect::Alpha => "has an alpha of 1 everywhere",
         Effect::Motion => "has keyframes, but does not move while the shutter is open",
         Effect::Environment | Effect::DeltaLights | Effect::AreaLights => "is black",
@@ -130,7 +130,7 @@ fn nothing(effect: Effect) -> &'static str {
     match effect {
         Effect::ShadingNormals => "no shape has shading normals",
         Effect::Textures => "every colour is constant",
-        Effect::NormalMaps => "no material has a normal map",
+        Effect::NormalMaps => "no material has a normal or bump map",
         Effect::Alpha => "no material has an alpha below 1",
         Effect::OneSided => "every surface scatters on both sides",
         Effect::Glossy => "no surface is glossy",

@@ -28,10 +28,12 @@ impl Object {
     /// The property of the object that requires an effect.
     pub fn what(&self, effect: Effect) -> &'static str {
         match effect {
-            Effect::ShadingNormals if self.calls_for.has(Effect::NormalMaps) => "has a normal map",
+            Effect::ShadingNormals if self.calls_for.has(Effect::NormalMaps) => {
+                "has a normal or bump map"
+            }
             Effect::ShadingNormals => "has shading normals",
             Effect::Textures => "has a colour that varies over its surface",
-            Effect::NormalMaps => "has a normal map",
+            Effect::NormalMaps => "has a normal or bump map",
             Effect::Alpha => "has an alpha below 1",
             Effect::OneSided => "is not two_sided",
             Effect::Glossy => "is glossy",
@@ -135,10 +137,7 @@ fn settings(description: &SceneDescription) -> impl Iterator<Item = Object> {
         let rule = rule.as_ref()?;
         Some(Object {
             name: format!("{key} = \"{}\"", rule.value),
-            place: Place {
-                file: description.file.clone(),
-                line: Some(rule.line),
-            },
+            place: Place::on_line(&description.file, rule.line),
             calls_for,
             written: EffectSet::NONE,
         })
@@ -167,7 +166,10 @@ fn written_in_material(material: &MaterialDescription) -> EffectSet {
         .with_if(Effect::Textures, colours.iter().any(|c| is_texture(c)))
         .with_if(Effect::Textures, material.metallic_roughness_map.is_some())
         .with_if(Effect::Alpha, is_texture(&material.alpha))
-        .with_if(Effect::NormalMaps, material.normal_map.is_some())
+        .with_if(
+            Effect::NormalMaps,
+            material.normal_map.is_some() || material.bump_map.is_some(),
+        )
 }
 
 fn written_in_shape(shape: &ShapeDescription) -> EffectSet {

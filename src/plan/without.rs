@@ -21,6 +21,7 @@ use crate::bsdf::microfacet::Ggx;
 use crate::effects::Effect;
 use crate::geometry::texture::Texture;
 use crate::image::Image;
+use crate::math::functions::sin;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
     ColourDescription, GeometryDescription, LightModel, MaterialDescription, MaterialModel,
@@ -30,19 +31,25 @@ use crate::scene::placement::{self, forms_own_group};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
+/// Removes the maps of normals and heights.
+fn without_detail(material: &mut MaterialDescription) {
+    material.normal_map = None;
+    material.bump_map = None;
+}
+
 /// Returns the scene without an effect.
 pub fn without(description: &SceneDescription, effect: Effect) -> SceneDescription {
     let mut scene = description.clone();
     match effect {
         Effect::ShadingNormals => {
             each_mesh(&mut scene, |mesh| mesh.normals.clear());
-            each_material(&mut scene, |material| material.normal_map = None);
+            each_material(&mut scene, without_detail);
         }
-        Effect::NormalMaps => each_material(&mut scene, |material| material.normal_map = None),
+        Effect::NormalMaps => each_material(&mut scene, without_detail),
         Effect::Textures => {
             each_material(&mut scene, |material| {
                 flatten_colours(material);
-                material.normal_map = None;
+                without_detail(material);
             });
             for emission in scene.shapes.iter_mut().filter_map(|s| s.emission.as_mut()) {
                 flatten(emission);
@@ -133,7 +140,7 @@ fn flatten_panorama(radiance: &mut ColourDescription) {
         && let Texture::Image { image, scale } = texture.as_ref()
     {
         let height = f64::from(image.height());
-        let sin = |row: u32| (PI * (f64::from(row) + 0.5) / height).sin();
+        let sin = |row: u32| sin(PI * (f64::from(row) + 0.5) / height);
         *radiance = ColourDescription::Constant(*scale * weighted_mean(image, sin));
     }
 }
@@ -199,7 +206,6 @@ fn absorb(material: &mut MaterialDescription, effect: Effect) {
     let metal = map.map_or(1.0, |map| mean(map).to_array()[2]);
     // The opaque lobes of mapped surfaces are rough everywhere; their glass may be smooth.
     let is_mapped = map.is_some();
-    let model = &mut material.model;
     let black = ColourDescription::Constant(Rgb::BLACK);
     let shiny = |roughness: f32| {
         if Ggx::from_roughness(roughness).is_some() {
@@ -208,6 +214,12 @@ fn absorb(material: &mut MaterialDescription, effect: Effect) {
             Effect::Specular
         }
     };
+    if let Some(coat) = &material.clear_coat
+        && effect == shiny(coat.roughness)
+    {
+        material.clear_coat = None;
+    }
+    let model = &mut material.model;
     let matte = match &mut *model {
         MaterialModel::Mirror { .. } if effect == Effect::Specular => black,
         MaterialModel::Conductor { roughness, .. } if effect == shiny(*roughness) => black,
@@ -256,6 +268,8 @@ fn absorb(material: &mut MaterialDescription, effect: Effect) {
         _ => return,
     };
     *model = MaterialModel::Diffuse { reflectance: matte };
+    // A matte surface has no coat, of whatever kind.
+    material.clear_coat = None;
 }
 
 fn scale(colour: &mut ColourDescription, factor: f32) {

@@ -47,7 +47,7 @@ pub enum Decision {
     Roulette(u32),
     /// The start of a light subpath: two numbers for the point, two for the selection of the light.
     Source,
-    /// The initial direction of a light subpath: two numbers, and one for the choice of a guide.
+    /// The initial direction of a light subpath: two numbers, and one for the choice of a caustic target.
     SourceDirection,
     /// [`Bsdf`](Self::Bsdf) on a light subpath.
     LightPathBsdf(u32),

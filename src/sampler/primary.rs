@@ -12,6 +12,7 @@
 //! Transport Algorithm". Tested below.
 
 use super::{Decision, Sampler, hash, to_unit};
+use crate::math::functions::powf;
 use crate::planted::planted;
 use std::ops::Range;
 
@@ -118,7 +119,7 @@ impl Primary {
         self.now.number += 1;
         if !self.is_large {
             let ratio = STEPS.end / STEPS.start;
-            let deviation = STEPS.start * ratio.powf(self.number(CHAIN, 2));
+            let deviation = STEPS.start * powf(ratio, self.number(CHAIN, 2));
             self.now.variance += deviation * deviation;
         }
     }

@@ -10,7 +10,7 @@
 //! LK Hash"; direction numbers of Joe and Kuo 2008. Elementary intervals and uniformity in `tests/sampling/sampler.rs`.
 
 use super::{Batch, Batches, Decision, LaneStates, Sampler, hash, store_each, to_unit};
-use crate::math::lanes::{ActiveLanes, FEW, LANES, Lanes, vectorised};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, MAX_SCALAR_LANES, vectorised};
 use crate::planted::planted;
 
 /// The Sobol' sampler.
@@ -132,7 +132,7 @@ pub(super) fn draw_from_lanes<const N: usize, S: AsRef<Sobol>>(
     numbers: &mut [Lanes<f32>; N],
 ) {
     const { assert!(N <= DIMENSIONS) };
-    if active.count() <= FEW {
+    if active.count() <= MAX_SCALAR_LANES {
         for lane in active.each() {
             let sampler = samplers[places[lane] as usize].as_ref();
             store_each(numbers, lane, sampler.numbers(decision));

@@ -7,6 +7,7 @@
 //! 8. Tested in `lab/tests/course/warps.rs`, and in `bsdf/phong.rs` against double precision.
 
 use super::warp::invert_sphere_uniform;
+use crate::math::functions::{exp, exp_m1, ln_1p};
 use crate::math::trig::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -21,7 +22,7 @@ pub fn one_minus_cos(a: Vec3, b: Vec3) -> f32 {
 #[inline]
 pub fn cosine_power(one_minus_cos: f32, n: f32) -> f32 {
     if one_minus_cos < 1.0 {
-        (n * (-one_minus_cos).ln_1p()).exp()
+        exp(n * ln_1p(-one_minus_cos))
     } else {
         0.0
     }
@@ -30,7 +31,7 @@ pub fn cosine_power(one_minus_cos: f32, n: f32) -> f32 {
 /// Samples a direction about z with density (n + 1) / (2 pi) cos^n: cos = (1 - u)^(1 / (n + 1)).
 #[inline]
 pub fn sample_cosine_power(u: Vec2, n: f32) -> Vec3 {
-    let one_minus_cos = -((-u.x).ln_1p() / (n + 1.0)).exp_m1();
+    let one_minus_cos = -exp_m1(ln_1p(-u.x) / (n + 1.0));
     let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
     let (sin_phi, cos_phi) = sin_cos_turns(u.y);
     Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - one_minus_cos)
@@ -44,6 +45,6 @@ pub fn pdf_cosine_power(one_minus_cos: f32, n: f32) -> f32 {
 
 /// The u that [`sample_cosine_power`] maps to `w`: 1 - cos^(n + 1), and the azimuth.
 pub fn invert_cosine_power(w: Vec3, n: f32) -> Vec2 {
-    let log_cos = (-one_minus_cos(w, Vec3::Z)).ln_1p();
-    Vec2::new(-((n + 1.0) * log_cos).exp_m1(), invert_sphere_uniform(w).y)
+    let log_cos = ln_1p(-one_minus_cos(w, Vec3::Z));
+    Vec2::new(-exp_m1((n + 1.0) * log_cos), invert_sphere_uniform(w).y)
 }

@@ -2,16 +2,17 @@
 //!
 //! Measure: densities per steradian; lengths in any unit. All in double precision: the angles' sum minus 2 pi cancels.
 //! Range: any rectangle and any viewpoint off its plane; in the plane the result is `None`. The relative error of the
-//! solid angle is below 1e-7 down to 1e-9 sr; callers fall back to area sampling below [`SMALLEST`].
+//! solid angle is below 1e-7 down to 1e-9 sr; callers fall back to area sampling below [`MIN_SOLID_ANGLE`].
 //! Source: Ureña, Fajardo and King 2013, "An Area-Preserving Parametrization for Spherical Rectangles"; the angles are
 //! summed as a product of complex numbers, formed without cancellation. Tested in `tests/sampling/warps.rs`.
 
+use crate::math::functions::{atan2, sin_cos};
 use crate::math::vec::{DVec3, Vec2};
 use std::f64::consts::TAU;
 
 /// The solid angle, in steradians, below which area sampling is better: the difference between the two is smaller than
 /// rounding.
-pub const SMALLEST: f64 = 1e-8;
+pub const MIN_SOLID_ANGLE: f64 = 1e-8;
 
 /// A rectangle seen from a viewpoint, in the frame where the viewpoint is the origin and z is the rectangle's normal.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +45,7 @@ impl SphericalRectangle {
         let near_angles = add_angles(angle(x[1], y[0], 1.0), angle(x[1], y[1], -1.0));
         let far_angles = add_angles(angle(x[0], y[1], 1.0), angle(x[0], y[0], -1.0));
         let [cos, sin] = add_angles(near_angles, far_angles);
-        let sum = sin.atan2(cos);
+        let sum = atan2(sin, cos);
         // The sum exceeds 2 pi by the solid angle, which exceeds pi only above the rectangle. Elsewhere a negative sum is a
         // rounding error.
         let is_above = x[0] < 0.0 && x[1] > 0.0 && y[0] < 0.0 && y[1] > 0.0;
@@ -75,7 +76,7 @@ impl SphericalRectangle {
         let b = [-self.y[0], self.y[1]].map(|y| y / (y * y + self.z2).sqrt());
         // phi_u = u S + k with k = 2 pi - gamma_2 - gamma_3, as a complex number of any length: f is a ratio of its
         // parts and of that length.
-        let (sin, cos) = (f64::from(u.x) * self.solid_angle).sin_cos();
+        let (sin, cos) = sin_cos(f64::from(u.x) * self.solid_angle);
         let [far_cos, far_sin] = self.far_angles;
         let [cos_phi, sin_phi] = add_angles([cos, sin], [far_cos, -far_sin]);
         let length = (far_cos * far_cos + far_sin * far_sin).sqrt();

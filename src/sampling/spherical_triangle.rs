@@ -4,16 +4,17 @@
 //! from their sines in the last digits only.
 //! Range: any triangle and any viewpoint off its plane; from a viewpoint in the plane nothing is visible. The relative
 //! error of the solid angle is below 1e-6 for every size that vertices in single precision can have; callers fall back to
-//! area sampling below [`SMALLEST`].
+//! area sampling below [`MIN_SOLID_ANGLE`].
 //! Source: Van Oosterom and Strackee 1983 with the triple product taken over edges; Arvo 1995, "Stratified Sampling of
 //! Spherical Triangles". Tested in `tests/sampling/warps.rs`.
 
+use crate::math::functions::{atan2, sin_cos};
 use crate::math::triangle::{clamp_to_triangle, meet_plane};
 use crate::math::vec::{DVec3, Vec2};
 
 /// The solid angle, in steradians, below which area sampling is better: the difference between the two is smaller than
 /// rounding.
-pub const SMALLEST: f64 = 1e-8;
+pub const MIN_SOLID_ANGLE: f64 = 1e-8;
 
 /// The solid angle of a triangle whose vertices are given relative to the viewpoint.
 ///
@@ -23,7 +24,7 @@ pub fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
     let triple = a.dot((b - a).cross(c - a)).abs();
     let (la, lb, lc) = (a.length(), b.length(), c.length());
     let denominator = la * lb * lc + a.dot(b) * lc + a.dot(c) * lb + b.dot(c) * la;
-    2.0 * triple.atan2(denominator)
+    2.0 * atan2(triple, denominator)
 }
 
 /// Samples a point uniformly by the solid angle `omega`; returns its barycentric coordinates (b1, b2).
@@ -46,7 +47,7 @@ fn sample_direction([a, b, c]: [DVec3; 3], omega: f64, u: Vec2) -> DVec3 {
     let cos_alpha = ab.dot(ac) * scale;
     let sin_alpha = a.dot((b - a).cross(c - a)).abs() * scale;
     let cos_c = a.dot(b);
-    let (sin_area, cos_area) = (f64::from(u.x) * omega).sin_cos();
+    let (sin_area, cos_area) = sin_cos(f64::from(u.x) * omega);
     // s, t: sine and cosine of the cut-off area minus alpha.
     let s = sin_area * cos_alpha - cos_area * sin_alpha;
     let t = cos_area * cos_alpha + sin_area * sin_alpha;

@@ -4,6 +4,7 @@
 //! Range: u in [0, 1 - 2^-24] in each dimension; every result is finite and inside its domain.
 //! Source: named at each function. Round trips and chi-square tests in `tests/sampling/warps.rs`.
 
+use crate::math::functions::atan2;
 use crate::math::lanes::{LANES, Lanes, store, vectorised};
 use crate::math::trig::{sin_cos_eighth, sin_cos_turns};
 use crate::math::vec::{LaneVec3, Vec2, Vec3, Vector};
@@ -44,7 +45,7 @@ pub fn pdf_disk_concentric(p: Vec2) -> f32 {
 /// The u that [`sample_disk_concentric`] maps to `p`.
 pub fn invert_disk_concentric(p: Vec2) -> Vec2 {
     let radius = p.length();
-    let mut angle = p.y.atan2(p.x);
+    let mut angle = atan2(p.y, p.x);
     if angle < -FRAC_PI_4 {
         angle += 2.0 * PI;
     }
@@ -114,7 +115,7 @@ pub const PDF_SPHERE_UNIFORM: f32 = 0.25 * FRAC_1_PI;
 
 /// The u that [`sample_sphere_uniform`] maps to `w`.
 pub fn invert_sphere_uniform(w: Vec3) -> Vec2 {
-    let phi = w.y.atan2(w.x);
+    let phi = atan2(w.y, w.x);
     let phi = if phi < 0.0 { phi + 2.0 * PI } else { phi };
     Vec2::new(0.5 * (1.0 - w.z), phi / (2.0 * PI))
 }

@@ -136,7 +136,7 @@ fn filled(
 const HEIGHT: f64 = 1.5;
 
 /// Half the width of floor and ceiling.
-const FAR: f64 = 40.0;
+const HALF_WIDTH: f64 = 40.0;
 
 /// Half the width of the visible part of the floor.
 const HALF: f64 = 2.0;
@@ -151,14 +151,15 @@ fn below_a_hole() -> SceneDescription {
         kind: FilterKind::Box,
         radius: 0.5,
     };
-    let far = 2.0 * FAR;
-    let floor = rectangle([-FAR, -FAR, 0.0], [far, 0.0, 0.0], [0.0, far, 0.0]);
+    let far = 2.0 * HALF_WIDTH;
+    let corner = [-HALF_WIDTH, -HALF_WIDTH, 0.0];
+    let floor = rectangle(corner, [far, 0.0, 0.0], [0.0, far, 0.0]);
     scene.shapes = vec![surface(floor, 0.0)];
     for (x, y) in [
-        ([-FAR, FAR], [-FAR, -1.0]),
-        ([-FAR, FAR], [1.0, FAR]),
-        ([-FAR, -1.0], [-1.0, 1.0]),
-        ([1.0, FAR], [-1.0, 1.0]),
+        ([-HALF_WIDTH, HALF_WIDTH], [-HALF_WIDTH, -1.0]),
+        ([-HALF_WIDTH, HALF_WIDTH], [1.0, HALF_WIDTH]),
+        ([-HALF_WIDTH, -1.0], [-1.0, 1.0]),
+        ([1.0, HALF_WIDTH], [-1.0, 1.0]),
     ] {
         let mut part = surface(ceiling(x, y, HEIGHT), 0.0);
         part.material = scene.materials.len();
@@ -179,7 +180,7 @@ fn irradiance(x: f64, y: f64) -> f64 {
             + corner(half - x, half + y)
             + corner(half + x, half + y)
     };
-    PI * (share(1.0) + 1.0 - share(FAR))
+    PI * (share(1.0) + 1.0 - share(HALF_WIDTH))
 }
 
 /// The errors of a cache over the floor.

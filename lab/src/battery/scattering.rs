@@ -15,7 +15,9 @@ use etendue::internals::bsdf::{Bsdf, Conductor, Dielectric, Phong};
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{Vec2, Vec3, reflect};
-use etendue::internals::scene::description::{MaterialDescription, MaterialModel, Place};
+use etendue::internals::scene::description::{
+    ClearCoatDescription, MaterialDescription, MaterialModel, Place,
+};
 use etendue::internals::scene::material::Material;
 use std::f64::consts::PI;
 
@@ -123,14 +125,10 @@ fn rough_glass() -> Vec<Case> {
 fn layered_models() -> Vec<Case> {
     let white = || grey(1.0);
     let mut cases = Vec::new();
-    let mut add = |name: String, model: MaterialModel, transmits: bool, cos: f32| {
-        let material = Material::new(&MaterialDescription::new(
-            name.clone(),
-            Place::default(),
-            model,
-        ));
+    let mut add = |description: MaterialDescription, transmits: bool, cos: f32| {
+        let material = Material::new(&description, 1.0);
         let bsdf = material.bsdf::<Everything>(Vec2::ZERO).into_owned();
-        let name = format!("{name} at cos {cos:e}");
+        let name = format!("{} at cos {cos:e}", description.name);
         let claim = if transmits {
             Claim::at_most(1.0, 1e-3)
         } else {
@@ -139,6 +137,7 @@ fn layered_models() -> Vec<Case> {
         let claim = claim.within(TABLES);
         cases.push(albedo_case(8, name, claim, (bsdf, 1.5), view(cos), 96));
     };
+    let named = |name, model| MaterialDescription::new(name, Place::default(), model);
     for cos in [1.0, 0.1, 1e-3] {
         for (roughness, metallic) in [(0.05, 0.0), (0.45, 0.4), (1.0, 0.0), (1.0, 1.0)] {
             let name =
@@ -150,7 +149,7 @@ fn layered_models() -> Vec<Case> {
                 ior: 1.5,
                 transmission: 0.0,
             };
-            add(name, model, false, cos);
+            add(named(name, model), false, cos);
         }
         for (roughness, ior) in [(0.0, 1.3), (0.5, 1.5), (1.0, 2.4)] {
             let name = format!("white plastic of index {ior}, roughness {roughness}");
@@ -159,7 +158,7 @@ fn layered_models() -> Vec<Case> {
                 ior,
                 roughness,
             };
-            add(name, model, false, cos);
+            add(named(name, model), false, cos);
         }
         for (roughness, transmission) in [(0.0, 1.0), (0.45, 0.3), (1.0, 1.0)] {
             let name = format!(
@@ -172,7 +171,26 @@ fn layered_models() -> Vec<Case> {
                 ior: 1.5,
                 transmission,
             };
-            add(name, model, true, cos);
+            add(named(name, model), true, cos);
+        }
+        for ior in [1.0, 1.5, 2.4] {
+            let mirror = MaterialModel::Conductor {
+                eta: Rgb::WHITE,
+                // In single precision, without absorption.
+                k: Rgb::grey(1e6),
+                roughness: 0.0,
+                tint: Rgb::WHITE,
+            };
+            let name = format!("white mirror under a smooth clear coat of index {ior}");
+            let coated = MaterialDescription {
+                clear_coat: Some(ClearCoatDescription {
+                    weight: 1.0,
+                    roughness: 0.0,
+                    ior,
+                }),
+                ..named(name, mirror)
+            };
+            add(coated, false, cos);
         }
     }
     cases

@@ -36,16 +36,18 @@ impl Floor {
         if !target.is_embree() {
             return None;
         }
-        let fits = |way: Target| way.backend == target.backend && way.precision == target.precision;
+        let fits = |it: Target| it.backend == target.backend && it.precision == target.precision;
         let best = recording.kinds().map(|kind| {
-            let ways = traces
+            let of_kind = traces
                 .iter()
-                .filter(|way| way.kind == kind && fits(way.variant.target));
-            let median = |way: &TraceReport| way.nanoseconds.median;
-            ways.min_by(|a, b| median(a).total_cmp(&median(b))).cloned()
+                .filter(|trace| trace.kind == kind && fits(trace.variant.target));
+            let median = |trace: &TraceReport| trace.nanoseconds.median;
+            let best = of_kind.min_by(|a, b| median(a).total_cmp(&median(b)));
+            best.cloned()
         });
         let best = best.collect::<Option<Vec<TraceReport>>>()?;
-        let time = |way: &TraceReport| recording.per_sample(way.kind) * way.nanoseconds.median;
+        let time =
+            |trace: &TraceReport| recording.per_sample(trace.kind) * trace.nanoseconds.median;
         Some(Self {
             nanoseconds: best.iter().map(time).sum(),
             best,

@@ -216,7 +216,7 @@ impl Bench<'_> {
             .iter()
             .map(|variant| TraceMode::Accel(ready.accel(variant.target), variant.packets));
         let theirs = trees.iter().map(TraceMode::ObvhsItself);
-        let ways: Vec<TraceMode<'_>> = ours.chain(theirs).collect();
+        let modes: Vec<TraceMode<'_>> = ours.chain(theirs).collect();
         for &kind in RayKind::ALL {
             let what = format!("{name}: {} rays", kind.name());
             let stage = self.meter.stage(what, work.trace_of_kind);
@@ -224,7 +224,7 @@ impl Bench<'_> {
             if rays.is_empty() {
                 continue;
             }
-            let mut times = trace(&ways, kind, rays, self.settings.rounds, &self.pool, &stage)?;
+            let mut times = trace(&modes, kind, rays, self.settings.rounds, &self.pool, &stage)?;
             let theirs = times.split_off(variants.len()).into_iter().zip(&trees);
             let theirs = theirs.map(|(nanoseconds, tree)| ObvhsReport {
                 kind,

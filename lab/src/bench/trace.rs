@@ -34,7 +34,7 @@ pub enum TraceMode<'a> {
 
 /// Times all ways of tracing the rays of one kind: nanoseconds a ray of each; `None` if cancelled.
 pub fn trace(
-    ways: &[TraceMode<'_>],
+    modes: &[TraceMode<'_>],
     kind: RayKind,
     rays: &RayBatch,
     rounds: usize,
@@ -42,12 +42,12 @@ pub fn trace(
     stage: &ProgressStage<'_>,
 ) -> Option<Vec<Spread>> {
     let mut copying = vec![];
-    let mut tracing: Vec<Vec<f64>> = vec![vec![]; ways.len()];
+    let mut tracing: Vec<Vec<f64>> = vec![vec![]; modes.len()];
     for round in 0..=rounds {
         let copy = nanoseconds_per_ray(pool, rays, |block| {
             black_box(&block.rays);
         });
-        let times = ways.iter().map(|way| time(way, kind, rays, pool));
+        let times = modes.iter().map(|mode| time(mode, kind, rays, pool));
         let times: Vec<f64> = times.collect();
         if round > 0 {
             copying.push(copy);
@@ -67,8 +67,8 @@ pub fn trace(
     Some(tracing.into_iter().map(spread).collect())
 }
 
-fn time(way: &TraceMode<'_>, kind: RayKind, rays: &RayBatch, pool: &ThreadPool) -> f64 {
-    match (*way, kind) {
+fn time(mode: &TraceMode<'_>, kind: RayKind, rays: &RayBatch, pool: &ThreadPool) -> f64 {
+    match (*mode, kind) {
         (TraceMode::Accel(accel, packets), RayKind::Shadow) => {
             nanoseconds_per_ray(pool, rays, |block| {
                 accel.occluded_batch(&block.rays, packets, &mut block.occluded);

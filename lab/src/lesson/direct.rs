@@ -58,7 +58,7 @@ struct Estimator {
     second_moment: fn(f64) -> f64,
 }
 
-const WAYS: [Estimator; 2] = [
+const ESTIMATORS: [Estimator; 2] = [
     Estimator {
         integrator: IntegratorKind::DirectDirectional,
         name: "directional",
@@ -190,12 +190,12 @@ impl Measured {
     }
 }
 
-fn measure(lesson: &Lesson<'_>, way: &Estimator, a: f64) -> Result<Measured> {
+fn measure(lesson: &Lesson<'_>, estimator: &Estimator, a: f64) -> Result<Measured> {
     let scene = LessonScene::new(lesson, below_disk(a), SIZE)?;
     let spp = lesson.samples(SPP).max(MIN_SPP) as u64;
     let budget = Budget::samples(spp);
-    let seed = lesson.seed(way.name, (10.0 * a) as usize);
-    let rendered = scene.render(way.integrator, budget, seed, Light::Direct)?;
+    let seed = lesson.seed(estimator.name, (10.0 * a) as usize);
+    let rendered = scene.render(estimator.integrator, budget, seed, Light::Direct)?;
     let image = rendered.film.develop();
     let pixels: Vec<f64> = image
         .pixels()
@@ -216,24 +216,25 @@ fn findings(lesson: &Lesson<'_>) -> Result<Vec<Finding>> {
     let mut numbers = Vec::new();
     let mut series = Vec::new();
     let mut techniques = SHOWN.map(|_| Vec::new());
-    for (hue, way) in WAYS.iter().enumerate() {
+    for (hue, estimator) in ESTIMATORS.iter().enumerate() {
         let mut dots = Vec::new();
         for (index, a) in RADII.into_iter().enumerate() {
-            let measured = measure(lesson, way, a)?;
+            let measured = measure(lesson, estimator, a)?;
             let expected = REFLECTANCE * exact(a);
             dots.push([a, measured.variances.mean().sqrt() / expected]);
             if let Some(place) = SHOWN.iter().position(|&shown| shown == a) {
-                let variance = way.relative_variance(a) * expected * expected;
+                let variance = estimator.relative_variance(a) * expected * expected;
                 numbers.extend(measured.numbers(
-                    &format!("a = {a}, {}", way.name),
+                    &format!("a = {a}, {}", estimator.name),
                     expected,
                     variance,
                 ));
-                techniques[place].push(measured.technique(way.name).exactly(variance));
+                techniques[place].push(measured.technique(estimator.name).exactly(variance));
             }
             lesson.progress(0.3 * (hue as f64 + (index as f64 + 1.0) / 7.0));
         }
-        series.extend([way.curve(hue), Series::new("", Mark::Dots, hue, dots)]);
+        let curve = estimator.curve(hue);
+        series.extend([curve, Series::new("", Mark::Dots, hue, dots)]);
     }
     let numbers = Finding::Numbers {
         reading: "Both estimate the same light, and their variances are those of the formulas."

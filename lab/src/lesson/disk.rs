@@ -31,7 +31,7 @@ const SAMPLES: usize = 1 << 21;
 /// A sampling method with its name.
 type Estimator = (&'static str, fn(&mut Uniform) -> Vec2);
 
-const WAYS: [Estimator; 4] = [
+const ESTIMATORS: [Estimator; 4] = [
     ("r = U, the mistake", |u| {
         sample_disk_crowded_at_the_centre(u.pair())
     }),
@@ -78,13 +78,13 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     // The integrand x^2 over the density 1 / pi.
     let term = |p: Vec2| PI * f64::from(p.x) * f64::from(p.x);
-    let integrals = WAYS.map(|(name, draw)| lesson.sample(name, SAMPLES, |u| term(draw(u))));
+    let integrals = ESTIMATORS.map(|(name, draw)| lesson.sample(name, SAMPLES, |u| term(draw(u))));
     // E[x^4] = 1/8 on the disk.
     let variance = PI * PI * (1.0 / 8.0 - 1.0 / 16.0);
     let technique = |((name, _), samples): (Estimator, &Samples)| {
         Technique::new(name, &samples.all(), samples.cost()).exactly(variance)
     };
-    let right = WAYS.into_iter().zip(&integrals).skip(1);
+    let right = ESTIMATORS.into_iter().zip(&integrals).skip(1);
     vec![
         Finding::Numbers {
             reading: "The three correct techniques agree. The mistake does not, at any number of \
@@ -93,7 +93,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             numbers: numbers(lesson, &integrals),
         },
         Finding::Plots {
-            plots: [0, 1, 3].map(|way| scatter(lesson, WAYS[way])).to_vec(),
+            plots: [0, 1, 3].map(|i| scatter(lesson, ESTIMATORS[i])).to_vec(),
         },
         Finding::Techniques {
             reading:
@@ -110,7 +110,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
 
 fn numbers(lesson: &Lesson<'_>, integrals: &[Samples]) -> Vec<Number> {
     let mut numbers = Vec::new();
-    for (index, ((name, draw), integral)) in WAYS.into_iter().zip(integrals).enumerate() {
+    for (index, ((name, draw), integral)) in ESTIMATORS.into_iter().zip(integrals).enumerate() {
         let (share, exact) = match index {
             0 => (0.5, PI / 6.0),
             _ => (0.25, FRAC_PI_4),

@@ -38,7 +38,7 @@ struct Estimator {
     is_cosine: bool,
 }
 
-const WAYS: [Estimator; 4] = [
+const ESTIMATORS: [Estimator; 4] = [
     Estimator {
         name: "uniform, rejection and flip",
         draw: |u| {
@@ -124,9 +124,10 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 }
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
-    let bright = WAYS.map(|way| lesson.sample(way.name, SAMPLES, |u| way.estimate(1, u)));
-    let technique = |(way, samples): (Estimator, &Samples)| {
-        Technique::new(way.name, &samples.all(), samples.cost()).exactly(way.variance())
+    let bright = ESTIMATORS.map(|it| lesson.sample(it.name, SAMPLES, |u| it.estimate(1, u)));
+    let technique = |(estimator, samples): (Estimator, &Samples)| {
+        let technique = Technique::new(estimator.name, &samples.all(), samples.cost());
+        technique.exactly(estimator.variance())
     };
     vec![
         Finding::Numbers {
@@ -138,8 +139,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         },
         Finding::Plots {
             plots: vec![
-                from_above(lesson, "Uniform, from above", WAYS[1]),
-                from_above(lesson, "By the cosine, from above", WAYS[3]),
+                from_above(lesson, "Uniform, from above", ESTIMATORS[1]),
+                from_above(lesson, "By the cosine, from above", ESTIMATORS[3]),
             ],
         },
         Finding::Plots {
@@ -149,16 +150,16 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             reading: "Irradiance under the sky of radiance cos θ. A better density gains a factor \
                       of 6.4; a faster program for the same density gains the ratio of the times."
                 .to_owned(),
-            techniques: WAYS.into_iter().zip(&bright).map(technique).collect(),
+            techniques: ESTIMATORS.into_iter().zip(&bright).map(technique).collect(),
         },
     ]
 }
 
-/// `bright` are the samples of each way under the sky of radiance cos(theta).
+/// `bright` are the samples of each estimator under the sky of radiance cos(theta).
 fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
     let mut numbers = Vec::new();
-    for (way, sky) in WAYS.into_iter().zip(bright) {
-        let named = |what: &str| format!("{what}: {}", way.name);
+    for (estimator, sky) in ESTIMATORS.into_iter().zip(bright) {
+        let named = |what: &str| format!("{what}: {}", estimator.name);
         numbers.push(Number::mean(
             named("E under L = cos θ"),
             2.0 * PI / 3.0,
@@ -167,13 +168,15 @@ fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
         ));
         numbers.push(Number::mean(
             named("its variance"),
-            way.variance(),
+            estimator.variance(),
             &sky.variances(),
             5e-3,
         ));
     }
-    let even = lesson.sample("even sky", SAMPLES, |u| WAYS[1].estimate(0, u));
-    let even_by_cosine = lesson.sample("even sky by cosine", SAMPLES, |u| WAYS[3].estimate(0, u));
+    let even = lesson.sample("even sky", SAMPLES, |u| ESTIMATORS[1].estimate(0, u));
+    let even_by_cosine = lesson.sample("even sky by cosine", SAMPLES, |u| {
+        ESTIMATORS[3].estimate(0, u)
+    });
     let trials = lesson.sample("trials", SAMPLES, |u| {
         let drawn = sample_hemisphere_by_rejection(&mut || u.single());
         drawn.map_or(f64::NAN, |drawn| f64::from(drawn.trials))
@@ -198,16 +201,16 @@ fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
     numbers
 }
 
-fn from_above(lesson: &Lesson<'_>, title: &str, way: Estimator) -> Plot {
+fn from_above(lesson: &Lesson<'_>, title: &str, estimator: Estimator) -> Plot {
     const SHOWN: usize = 1500;
     let mut uniform = lesson.uniform("from above", 0);
     let points = (0..SHOWN).map(|_| {
-        let w = (way.draw)(&mut uniform);
+        let w = (estimator.draw)(&mut uniform);
         [f64::from(w.x), f64::from(w.y)]
     });
     Plot {
         title: title.to_owned(),
-        reading: if way.is_cosine {
+        reading: if estimator.is_cosine {
             "The projections fill the disk evenly: that is Malley's method in reverse."
         } else {
             "Uniform on the sphere, the projections are dense at the rim, where the sphere is steep."
@@ -219,7 +222,7 @@ fn from_above(lesson: &Lesson<'_>, title: &str, way: Estimator) -> Plot {
         series: vec![Series::new(
             "",
             Mark::Dots,
-            usize::from(way.is_cosine),
+            usize::from(estimator.is_cosine),
             points.collect(),
         )],
     }
@@ -228,11 +231,11 @@ fn from_above(lesson: &Lesson<'_>, title: &str, way: Estimator) -> Plot {
 fn cosines(lesson: &Lesson<'_>) -> Plot {
     const BINS: usize = 30;
     let count = lesson.samples(300_000);
-    let histogram = |way: Estimator, hue: usize| {
+    let histogram = |estimator: Estimator, hue: usize| {
         let mut uniform = lesson.uniform("cosines", hue);
         let mut bins = [0_u32; BINS];
         for _ in 0..count {
-            let cos = (way.draw)(&mut uniform).z;
+            let cos = (estimator.draw)(&mut uniform).z;
             bins[((cos * BINS as f32) as usize).min(BINS - 1)] += 1;
         }
         let dot = |(index, &bin): (usize, &u32)| {
@@ -261,8 +264,8 @@ fn cosines(lesson: &Lesson<'_>) -> Plot {
             Series::curve("by the cosine: 2 cos θ", Mark::Line, 1, range, |cos| {
                 2.0 * cos
             }),
-            histogram(WAYS[1], 0),
-            histogram(WAYS[3], 1),
+            histogram(ESTIMATORS[1], 0),
+            histogram(ESTIMATORS[3], 1),
         ],
     }
 }

@@ -34,13 +34,13 @@ pub const TOPIC: Topic = Topic {
 const SAMPLES: usize = 1 << 18;
 
 /// The number of lamps of the numbers: as many as are children of one node, so that each has its own estimate.
-const FEW: usize = 16;
+const FEW_LAMPS: usize = 16;
 
 /// The numbers of lamps of the plot.
-const MANY: [usize; 5] = [FEW, 64, 256, 1024, 4096];
+const LAMP_COUNTS: [usize; 5] = [FEW_LAMPS, 64, 256, 1024, 4096];
 
 /// The least noise that is shown.
-const LEAST: f64 = 1e-3;
+const MIN_NOISE: f64 = 1e-3;
 
 /// The pixels of a side of the images.
 const PIXELS: u32 = 160;
@@ -194,17 +194,17 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
             ),
         ],
         experiment: format!(
-            "{FEW} point lights of powers over four decades hang at random places over a floor; \
-             below, up to {}. The irradiance of a point of the floor is estimated from one lamp, \
-             chosen by three rules of the renderer (`--light-choice`).",
-            MANY[MANY.len() - 1]
+            "{FEW_LAMPS} point lights of powers over four decades hang at random places over a \
+             floor; below, up to {}. The irradiance of a point of the floor is estimated from one \
+             lamp, chosen by three rules of the renderer (`--light-choice`).",
+            LAMP_COUNTS[LAMP_COUNTS.len() - 1]
         ),
         findings: findings(lesson),
     })
 }
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
-    let (lamps, at) = (Lamps::new(lesson, FEW), floor(0.4, 0.55));
+    let (lamps, at) = (Lamps::new(lesson, FEW_LAMPS), floor(0.4, 0.55));
     let (mut numbers, mut techniques) = (Vec::new(), Vec::new());
     let mean = lamps.irradiance(&at);
     for rule in RULES {
@@ -232,14 +232,17 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         },
         Finding::Techniques {
             reading: format!(
-                "Among {FEW} lamps each has an estimate of its own, which is exact here: no lamp has \
-                 a size, and nothing is in the way. What remains is rounding."
+                "Among {FEW_LAMPS} lamps each has an estimate of its own, which is exact here: no \
+                 lamp has a size, and nothing is in the way. What remains is rounding."
             ),
             techniques,
         },
         Finding::Figures {
             title: "One shadow ray per pixel".to_owned(),
-            reading: format!("A floor under {} lamps. Only the choice differs.", MANY[2]),
+            reading: format!(
+                "A floor under {} lamps. Only the choice differs.",
+                LAMP_COUNTS[2]
+            ),
             figures: figures(lesson),
         },
         Finding::Plots {
@@ -250,7 +253,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
 
 /// The floor under some lamps, from one lamp per pixel and from all.
 fn figures(lesson: &Lesson<'_>) -> Vec<Figure> {
-    let lamps = Lamps::new(lesson, MANY[2]);
+    let lamps = Lamps::new(lesson, LAMP_COUNTS[2]);
     let at = |i: usize| {
         let [x, y] = [i as u32 % PIXELS, i as u32 / PIXELS];
         let [x, y] = [x, PIXELS - 1 - y].map(|x| (x as f32 + 0.5) / PIXELS as f32);
@@ -283,7 +286,7 @@ fn figures(lesson: &Lesson<'_>) -> Vec<Figure> {
 fn variances(lesson: &Lesson<'_>) -> Plot {
     let points = lesson.samples(400);
     let mut series = Vec::new();
-    let all = MANY.map(|count| (count, Lamps::new(lesson, count)));
+    let all = LAMP_COUNTS.map(|count| (count, Lamps::new(lesson, count)));
     for (hue, rule) in RULES.into_iter().enumerate() {
         let values = all.iter().map(|(count, lamps)| {
             let squares = lesson.repeat(&format!("place {count}"), points, |u| {
@@ -294,7 +297,7 @@ fn variances(lesson: &Lesson<'_>) -> Plot {
             [*count as f64, mean.sqrt()]
         });
         // Rounding has no place on the axis.
-        let values: Vec<[f64; 2]> = values.filter(|[_, noise]| *noise > LEAST).collect();
+        let values: Vec<[f64; 2]> = values.filter(|[_, noise]| *noise > MIN_NOISE).collect();
         series.push(Series::new(rule.name(), Mark::Marks, hue, values));
     }
     Plot {

@@ -142,7 +142,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             numbers: [variances(lesson), slopes(&smooth, &edge)].concat(),
         },
         Finding::Plots {
-            plots: Estimator::ALL.map(|way| scatter(lesson, way)).to_vec(),
+            plots: Estimator::ALL.map(|it| scatter(lesson, it)).to_vec(),
         },
         Finding::Plots {
             plots: vec![
@@ -155,7 +155,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
                       integrand costs next to nothing, so that the time to place the samples \
                       matters; compared with a traced path it would not."
                 .to_owned(),
-            techniques: Estimator::ALL.map(|way| technique(lesson, way)).to_vec(),
+            techniques: Estimator::ALL.map(|it| technique(lesson, it)).to_vec(),
         },
     ]
 }
@@ -163,12 +163,12 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
 /// Variances with a closed form.
 fn variances(lesson: &Lesson<'_>) -> Vec<Number> {
     let runs = lesson.samples(20_000).max(8192);
-    let of_ramp = |name: &str, samples: usize, way: Estimator, exact: f64| {
-        let all = lesson.sample(name, runs, |u| way.value(ramp, 1, samples, u));
+    let of_ramp = |name: &str, samples: usize, estimator: Estimator, exact: f64| {
+        let all = lesson.sample(name, runs, |u| estimator.value(ramp, 1, samples, u));
         Number::mean(name, exact, &all.variances(), 5e-2)
     };
-    let of_slope = |name: &str, way: Estimator, exact: f64| {
-        let all = lesson.sample(name, runs, |u| way.value(slope, 2, 64, u));
+    let of_slope = |name: &str, estimator: Estimator, exact: f64| {
+        let all = lesson.sample(name, runs, |u| estimator.value(slope, 2, 64, u));
         Number::mean(name, exact, &all.variances(), 5e-2)
     };
     vec![
@@ -227,13 +227,13 @@ fn curves(
     exact: f64,
 ) -> Vec<(Estimator, ErrorCurve)> {
     let runs = lesson.samples(2000).max(1000);
-    let curve = |way: Estimator| {
-        let experiment = format!("{experiment} {}", way.name());
+    let curve = |estimator: Estimator| {
+        let experiment = format!("{experiment} {}", estimator.name());
         let calls = powers_of_two(2, 12, 2);
         let curve = ErrorCurve::measure(lesson, &experiment, runs, &calls, exact, |u, n| {
-            way.estimate(f, 2, n, u)
+            estimator.estimate(f, 2, n, u)
         });
-        (way, curve)
+        (estimator, curve)
     };
     Estimator::ALL.map(curve).to_vec()
 }
@@ -247,43 +247,44 @@ fn plot(title: &str, reading: &str, curves: &[(Estimator, ErrorCurve)]) -> Plot 
         x: Axis::log("samples N"),
         y: Axis::log("root mean square error"),
         series: series
-            .map(|(hue, (way, curve))| curve.series(way.name(), Mark::Marks, hue))
+            .map(|(hue, (estimator, curve))| curve.series(estimator.name(), Mark::Marks, hue))
             .collect(),
     }
 }
 
-fn technique(lesson: &Lesson<'_>, way: Estimator) -> Technique {
+fn technique(lesson: &Lesson<'_>, estimator: Estimator) -> Technique {
     let runs = lesson.samples(20_000);
-    let experiment = format!("technique {}", way.name());
+    let experiment = format!("technique {}", estimator.name());
     let all = lesson.sample(&experiment, runs, |u| {
-        way.value(|x| Integrand::Ball.eval(x), 2, 256, u)
+        estimator.value(|x| Integrand::Ball.eval(x), 2, 256, u)
     });
-    let technique = Technique::new(way.name(), &all.all(), all.cost());
-    match way {
+    let technique = Technique::new(estimator.name(), &all.all(), all.cost());
+    match estimator {
         Estimator::Plain => technique.exactly(Integrand::Ball.variance(2) / 256.0),
         _ => technique,
     }
 }
 
 /// Plots the positions of 64 samples, recorded in the integrand.
-fn scatter(lesson: &Lesson<'_>, way: Estimator) -> Plot {
+fn scatter(lesson: &Lesson<'_>, estimator: Estimator) -> Plot {
     let points = RefCell::new(Vec::new());
     let note = |x: &[f64]| {
         points.borrow_mut().push([x[0], x[1]]);
         0.0
     };
-    way.estimate(note, 2, 64, &mut lesson.uniform("scatter", way as usize));
+    let mut uniform = lesson.uniform("scatter", estimator as usize);
+    estimator.estimate(note, 2, 64, &mut uniform);
     let lines = (1..8).flat_map(|cell| {
         let at = f64::from(cell) / 8.0;
         let gap = [f64::NAN; 2];
         [[at, 0.0], [at, 1.0], gap, [0.0, at], [1.0, at], gap]
     });
     let cells = Series::new("", Mark::Guide, 6, lines.collect());
-    let samples = Series::new("", Mark::Dots, way as usize, points.into_inner());
-    let strata = (way == Estimator::Jittered).then_some(cells);
+    let samples = Series::new("", Mark::Dots, estimator as usize, points.into_inner());
+    let strata = (estimator == Estimator::Jittered).then_some(cells);
     Plot {
-        title: format!("64 samples, {}", way.name()),
-        reading: match way {
+        title: format!("64 samples, {}", estimator.name()),
+        reading: match estimator {
             Estimator::Plain => "Clusters and gaps.",
             Estimator::Jittered => "One in each of 8 × 8 cells.",
             Estimator::LatinHypercube => "One in each of 64 rows and 64 columns.",

@@ -19,7 +19,7 @@ pub(super) const SIGMAS: f64 = 2.0;
 const AIM: f64 = 0.99;
 
 /// The least samples per pixel with which `--error` ends.
-const LEAST: f64 = 24.0;
+const MIN_SPP: f64 = 24.0;
 
 /// A root of relMSE that rounding to single precision explains.
 const ROUNDING: f64 = 2e-6;
@@ -70,8 +70,8 @@ impl Facts<'_> {
         if self.looks.iter().all(|look| look.rel_rmse < ROUNDING) {
             return Row {
                 error,
-                spp: Some(LEAST),
-                time: Answer::Exact(time(LEAST)),
+                spp: Some(MIN_SPP),
+                time: Answer::Exact(time(MIN_SPP)),
             };
         }
         let Some((index, worth)) = self.ends(AIM * error) else {
@@ -83,17 +83,17 @@ impl Facts<'_> {
             return unknown(doubt);
         }
         let samples = worth * self.spp / self.worth;
-        let range = self.interval(index, error, samples.max(LEAST));
+        let range = self.interval(index, error, samples.max(MIN_SPP));
         let [value, low, high] = [range.value, range.low, range.high].map(time);
         let range = Ranged { value, low, high };
         let time = match samples {
-            _ if samples <= LEAST => Answer::AtOnce(time(LEAST)),
+            _ if samples <= MIN_SPP => Answer::AtOnce(time(MIN_SPP)),
             _ if worth <= self.worth => Answer::Measured(range),
             _ => Answer::Law(range),
         };
         Row {
             error,
-            spp: Some(samples.max(LEAST).ceil()),
+            spp: Some(samples.max(MIN_SPP).ceil()),
             time,
         }
     }

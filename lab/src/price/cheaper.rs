@@ -66,7 +66,7 @@ pub struct Comparison<'a> {
     /// The present way.
     pub settings: &'a RenderSettings,
     /// The settings of which it was made by pilots.
-    pub asked: &'a RenderSettings,
+    pub given: &'a RenderSettings,
     /// Its options of the acceleration structure.
     pub options: AccelOptions,
     /// Seconds for everything.
@@ -91,11 +91,11 @@ impl Comparison<'_> {
         };
         let mut all = Vec::new();
         for integrator in others {
-            let asked = RenderSettings {
+            let given = RenderSettings {
                 integrator,
-                ..self.asked.clone()
+                ..self.given.clone()
             };
-            let settled = self.prepared.settle(&asked, self.options, self.observer)?;
+            let settled = self.prepared.settle(&given, self.options, self.observer)?;
             let settings = settled.settings;
             let Some((other, _)) = self.measured(&settings, self.options, slice)? else {
                 return Ok(all);
@@ -230,7 +230,7 @@ impl Comparison<'_> {
         };
         let start = Instant::now();
         let scene = self.prepared.scene(self.options);
-        let view = RenderInput {
+        let input = RenderInput {
             scene,
             filter: self.prepared.filter(),
             size: self.prepared.size(),
@@ -238,7 +238,7 @@ impl Comparison<'_> {
         let threads = Threads::new(settings.threads)?;
         let filtered = threads.run(|| {
             let picture = LayeredImage {
-                layers: layers(&view, settings, rendered)?,
+                layers: layers(&input, settings, rendered)?,
                 ..LayeredImage::from(rendered.film.develop())
             };
             Denoiser::NonLocalMeans.filter(&Noisy::new(&picture)?)

@@ -31,12 +31,12 @@ use etendue::{Error, Result};
 use std::time::{Duration, Instant};
 
 /// The shares of the budget for the pace, the sources of the error, and cheaper ways.
-const PACE: f64 = 0.06;
-const CULPRITS: f64 = 0.08;
-const CHEAPER: f64 = 0.36;
+const PACE_SHARE: f64 = 0.06;
+const SOURCES_SHARE: f64 = 0.08;
+const CHEAPER_SHARE: f64 = 0.36;
 
 /// The least share for the longest render.
-const LEAST: f64 = 0.1;
+const MIN_SHARE: f64 = 0.1;
 
 /// The number of samples per pixel that measure the pace.
 const PACE_SPP: u64 = 8;
@@ -45,8 +45,8 @@ const PACE_SPP: u64 = 8;
 const ENOUGH_SPP: f64 = 96.0;
 
 /// The numbers of pixels of small images, and of the smallest longest render.
-const SMALL: f64 = 24_000.0;
-const SMALLEST: f64 = 6_000.0;
+const SMALL_PIXELS: f64 = 24_000.0;
+const MIN_PIXELS: f64 = 6_000.0;
 
 /// Minimum and maximum number of observed samples of a pixel.
 const OBSERVED: [u64; 2] = [8, 64];
@@ -78,16 +78,16 @@ pub fn run(
     let options = settings.options;
     let prepared = PreparedScene::new(description, [options])?;
     // With the scene's seed, as `plan` has it, so that both choose alike.
-    let asked = RenderSettings {
+    let given = RenderSettings {
         threads: options.threads,
         ..RenderSettings::of_scene(description)?
     };
-    let integrator = settings.integrator.unwrap_or(asked.integrator);
-    let asked = RenderSettings {
+    let integrator = settings.integrator.unwrap_or(given.integrator);
+    let given = RenderSettings {
         integrator,
-        ..asked
+        ..given
     };
-    let settled = prepared.settle(&asked, options, &watch)?;
+    let settled = prepared.settle(&given, options, &watch)?;
     let base = RenderSettings {
         seed: combine(settings.seed, SEEDS),
         ..settled.settings
@@ -98,7 +98,7 @@ pub fn run(
         description,
         settings,
         prepared,
-        asked,
+        given,
         base,
         watch,
     };
@@ -159,7 +159,7 @@ struct Price<'a> {
     settings: &'a PriceSettings,
     prepared: PreparedScene,
     /// The settings before pilots chose, which other integrators start from.
-    asked: RenderSettings,
+    given: RenderSettings,
     base: RenderSettings,
     watch: Watch<'a>,
     report: PriceReport,
@@ -171,7 +171,7 @@ impl Price<'_> {
         let pixels = f64::from(size.0) * f64::from(size.1);
         let pace = Budget {
             spp: Some(PACE_SPP),
-            ..Budget::time(Duration::from_secs_f64(PACE * self.settings.budget))
+            ..Budget::time(Duration::from_secs_f64(PACE_SHARE * self.settings.budget))
         };
         let (first, before) = self.render_whatever(&self.prepared, pace, 0)?;
         if first.cancelled {
@@ -194,15 +194,15 @@ impl Price<'_> {
             start: before,
             pace: pace(&first, before),
         };
-        let small = self.prepared.on_film(scaled(size, SMALL / pixels));
-        let of_small = own.pace * (SMALL / pixels).min(1.0);
+        let small = self.prepared.on_film(scaled(size, SMALL_PIXELS / pixels));
+        let of_small = own.pace * (SMALL_PIXELS / pixels).min(1.0);
         if self.sources(&small, of_small)?.is_none() || self.cheaper(small)?.is_none() {
             return Ok(None);
         }
         // On a busy machine the steps before may have taken all of the time.
-        let left = self.watch.left().max(LEAST * self.settings.budget);
-        let share = ((left - own.start).max(LEAST * left) / own.pace / ENOUGH_SPP)
-            .max(SMALLEST / pixels)
+        let left = self.watch.left().max(MIN_SHARE * self.settings.budget);
+        let share = ((left - own.start).max(MIN_SHARE * left) / own.pace / ENOUGH_SPP)
+            .max(MIN_PIXELS / pixels)
             .min(1.0);
         let longest = match share < 1.0 {
             true => self.prepared.on_film(scaled(size, share)),
@@ -267,7 +267,7 @@ impl Price<'_> {
     /// Measures the sources of the error.
     fn sources(&mut self, small: &PreparedScene, pace: f64) -> Result<Option<()>> {
         self.watch.begin("sources of the error");
-        let seconds = CULPRITS * self.settings.budget;
+        let seconds = SOURCES_SHARE * self.settings.budget;
         // Observed paths are followed one at a time, twice, in several times the time of a render.
         let spp = (seconds / (6.0 * pace)) as u64;
         if spp < OBSERVED[0] {
@@ -309,8 +309,8 @@ impl Price<'_> {
             ..options
         };
         let build = small.builds.first().map_or(0.0, |(_, seconds)| *seconds);
-        let seconds = CHEAPER * self.settings.budget - build;
-        if seconds < 0.5 * CHEAPER * self.settings.budget {
+        let seconds = CHEAPER_SHARE * self.settings.budget - build;
+        if seconds < 0.5 * CHEAPER_SHARE * self.settings.budget {
             self.report
                 .notes
                 .push("no time for cheaper ways: give a larger --budget".to_owned());
@@ -322,14 +322,14 @@ impl Price<'_> {
             false => PreparedScene::new(self.description, [options, fast])?.on_film(size),
         };
         let settings = self.on_film(&small);
-        let asked = RenderSettings {
+        let given = RenderSettings {
             window: settings.window,
-            ..self.asked.clone()
+            ..self.given.clone()
         };
         let comparison = Comparison {
             prepared: &small,
             settings: &settings,
-            asked: &asked,
+            given: &given,
             options,
             seconds,
             observer: &self.watch,

@@ -18,7 +18,7 @@ const CONFIDENCES: [f64; 5] = [0.5, 0.8, 0.9, 0.95, 0.99];
 /// Number of bins of the histogram of z, from -5 to 5; values beyond are counted in the first or the last.
 pub const BINS: usize = 40;
 /// Normal score at the ends of the histogram.
-pub const FARTHEST: f64 = 5.0;
+pub const MAX_Z: f64 = 5.0;
 
 /// A standard error below this fraction of the value is rounding: all samples are equal.
 const ROUNDING: f64 = 1e-6;
@@ -134,7 +134,7 @@ pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(Ba
 }
 
 fn bin(z: f64) -> usize {
-    let place = (z / FARTHEST + 1.0) * 0.5 * BINS as f64;
+    let place = (z / MAX_Z + 1.0) * 0.5 * BINS as f64;
     (place.max(0.0) as usize).min(BINS - 1)
 }
 

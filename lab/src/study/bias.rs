@@ -101,33 +101,18 @@ fn light(levels: &[LevelReport], [reference, reference_error]: [f64; 2]) -> Opti
 
 #[cfg(test)]
 mod tests {
-    use super::super::clock::Seconds;
-    use super::super::report::RunReport;
+    use super::super::synthetic::{self, SyntheticRender};
     use super::*;
 
     /// The bias of levels without noise, whose light is off by this much.
     fn bias(off: f64) -> Bias {
-        let level = |spp: u64| {
-            let mut level = LevelReport {
-                spp,
-                ..LevelReport::default()
-            };
-            for seed in 0..4_u64 {
-                let products = vec![0.0; seed as usize];
-                level.gram.push(products.clone(), &products, 0.0);
-                level.runs.push(RunReport {
-                    seed,
-                    order: 0,
-                    seconds: Seconds::default(),
-                    repeated: false,
-                    rel_mse: 0.0,
-                    trimmed: 0.0,
-                    luminance: 0.5 * (1.0 + off),
-                    rejected: 0,
-                });
-            }
-            level
+        let render = SyntheticRender {
+            rel_mse: 0.0,
+            product: 0.0,
+            seconds: 0.0,
+            luminance: 0.5 * (1.0 + off),
         };
+        let level = |spp: u64| synthetic::level(spp, |_| render);
         Bias::of(&[1, 2, 4].map(level), [0.5, 0.0], 0.0).expect("four renders each")
     }
 

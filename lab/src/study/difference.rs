@@ -8,7 +8,7 @@
 //! precision are ignored.
 //! Source: Welch 1947, "The Generalization of Student's Problem when Several Different Population Variances are
 //! Involved", with degrees of freedom close to those of Satterthwaite 1946; Šidák 1967. Tested below and, on images, in
-//! `study/comparison.rs`.
+//! `study/bias_test.rs`.
 
 use crate::verdict::ROUNDING;
 use etendue::internals::math::stats::{student_p_value, student_quantile_of};

@@ -66,8 +66,7 @@ impl Efficiency {
 #[cfg(test)]
 mod tests {
     use super::super::bootstrap::Dealer;
-    use super::super::clock::Seconds;
-    use super::super::report::RunReport;
+    use super::super::synthetic::{self, SyntheticRender};
     use super::*;
     use etendue::internals::math::stats::normal_quantile;
 
@@ -77,24 +76,12 @@ mod tests {
             let uniform = (dealer.below(1 << 40) as f64 + 0.5) / (1_u64 << 40) as f64;
             1.0 + 0.1 * normal_quantile(uniform)
         };
-        let mut level = LevelReport::default();
-        for seed in 0..4_u64 {
-            let rel_mse = 0.01 * noise();
-            let products = vec![0.0; seed as usize];
-            level.gram.push(products.clone(), &products, rel_mse);
-            let wall = noise();
-            level.runs.push(RunReport {
-                seed,
-                order: 0,
-                seconds: Seconds { wall, cpu: wall },
-                repeated: false,
-                rel_mse,
-                trimmed: rel_mse,
-                luminance: 0.5,
-                rejected: 0,
-            });
-        }
-        level
+        synthetic::level(0, |_| SyntheticRender {
+            rel_mse: 0.01 * noise(),
+            product: 0.0,
+            seconds: noise(),
+            luminance: 0.5,
+        })
     }
 
     #[test]

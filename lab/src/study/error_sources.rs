@@ -21,7 +21,7 @@ use etendue::internals::scene::description::SceneDescription;
 use serde::Serialize;
 
 /// The largest number of materials and of lights that are told apart.
-const MOST: usize = 100;
+const MAX_NAMED: usize = 100;
 
 /// A shadow ray is extended by this share of its length, to hit the light at its end.
 const BEYOND: f32 = 1e-3;
@@ -65,7 +65,7 @@ const SEEN: &str = "seen directly";
 
 impl Names {
     fn new(description: &SceneDescription) -> Self {
-        let all = description.materials.iter().take(MOST);
+        let all = description.materials.iter().take(MAX_NAMED);
         let mut materials = vec![SEEN.to_owned(), "other materials".to_owned()];
         materials.extend(all.map(|material| material.name.clone()));
         let mut lights: Vec<String> = [ENVIRONMENT, OTHER_LIGHT].map(str::to_owned).to_vec();
@@ -79,7 +79,7 @@ impl Names {
             match known {
                 _ if shape.emission.is_none() => 1,
                 Some(index) => index,
-                None if lights.len() < MOST => {
+                None if lights.len() < MAX_NAMED => {
                     lights.push(name.clone());
                     lights.len() - 1
                 }

@@ -288,8 +288,8 @@ mod tests {
                     variances[i].push(estimate.standard_error.powi(2) + shared[i]);
                 }
             }
-            for (i, (value, told)) in values.iter().zip(variances).enumerate() {
-                let ratio = told.mean() / value.variance().expect("many");
+            for (i, (value, estimated)) in values.iter().zip(variances).enumerate() {
+                let ratio = estimated.mean() / value.variance().expect("many");
                 // The variance of 1500 numbers is known to 4 %. With a bias, the error against two references varies
                 // with these, too, by 2 b (R - r): that is why the lower limit is lower.
                 let least = if bias > 0.0 && i != 1 { 0.5 } else { 0.8 };

@@ -22,7 +22,7 @@ use etendue::internals::image::metrics::signed_errors;
 const SIMILAR: f64 = 1.5;
 
 /// The ratio below which a render takes nearly a certain time: levels lie a factor of two apart.
-const NEAR: f64 = 2.0;
+const MAX_TIME_RATIO: f64 = 2.0;
 
 /// Each step returns `None` if the study was cancelled.
 impl Study<'_> {
@@ -118,7 +118,7 @@ impl Study<'_> {
             };
             let levels = &self.report.variants[*index].levels;
             let nearest = self.nearest(*index, off);
-            nearest.filter(|&level| off(&levels[level]) < NEAR.ln())
+            nearest.filter(|&level| off(&levels[level]) < MAX_TIME_RATIO.ln())
         };
         found.iter().map(level).collect()
     }

@@ -19,7 +19,7 @@ const NO_FIT: f64 = 1e-3;
 const LEVELS: usize = 3;
 
 /// The least exponent: an error that falls more slowly hides rare bright paths, or a bias.
-const SLOWEST: f64 = 0.5;
+const MIN_EXPONENT: f64 = 0.5;
 
 /// The law MSE = e^a N^-b.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -102,7 +102,7 @@ impl Curve {
                 first,
             });
         }
-        if b < SLOWEST {
+        if b < MIN_EXPONENT {
             return Err(NoLaw::Slow);
         }
         Ok(Law {
@@ -167,7 +167,7 @@ impl Curve {
         let [a, b] = self.line(means, law.first)?;
         Some(Law {
             a,
-            b: b.max(0.5 * SLOWEST),
+            b: b.max(0.5 * MIN_EXPONENT),
             ..*law
         })
     }

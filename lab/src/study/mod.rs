@@ -3,6 +3,7 @@
 pub mod answer;
 pub mod bars;
 pub mod bias;
+pub mod bias_test;
 pub mod bootstrap;
 pub mod clock;
 pub mod comparison;
@@ -28,7 +29,10 @@ pub mod scaling;
 pub mod schedule;
 pub mod settings;
 pub mod shown_images;
+mod standard_errors;
 pub mod summary;
+#[cfg(test)]
+mod synthetic;
 mod thread_gain;
 pub mod tiles;
 pub mod variance;

@@ -25,13 +25,13 @@ const MAX_MEMORY: u64 = 4 << 30;
 const WARM_UP: (f64, f64) = (0.04, 8.0);
 
 /// The number of doublings of the samples below which a smaller image is studied.
-const FEW_DOUBLINGS: usize = 8;
+const MIN_DOUBLINGS: usize = 8;
 
 /// The number of pixels below which an image is not made smaller.
-const FEW_PIXELS: f64 = 16_000.0;
+const MIN_PIXELS: f64 = 16_000.0;
 
 /// The share of the pixels that one step towards a smaller image keeps.
-const SMALLER: f64 = 0.7;
+const SHRINKING: f64 = 0.7;
 
 /// The number of images of its level with which a render is compared, on average, and the cost of its own error.
 const COMPARISONS: f64 = 16.0;
@@ -51,7 +51,7 @@ impl Costs {
     fn fitting_size(&self, size: (u32, u32), seconds: f64) -> (u32, u32) {
         let pixels = f64::from(size.0) * f64::from(size.1);
         let mut share = 1.0;
-        while share * pixels > FEW_PIXELS {
+        while share * pixels > MIN_PIXELS {
             let scaled = |law: &TimeLaw| TimeLaw {
                 start: share * law.start,
                 sample: share * law.sample,
@@ -59,13 +59,13 @@ impl Costs {
             let laws: Vec<TimeLaw> = self.laws.iter().map(scaled).collect();
             let schedule = Schedule::fit(&laws, scaled(&self.reference), seconds);
             let is_enough = schedule.is_ok_and(|schedule| {
-                schedule.least_doublings() >= FEW_DOUBLINGS
+                schedule.least_doublings() >= MIN_DOUBLINGS
                     && bytes(&schedule, share * pixels) <= MAX_MEMORY
             });
             if is_enough {
                 break;
             }
-            share = (SMALLER * share).max(FEW_PIXELS / pixels);
+            share = (SHRINKING * share).max(MIN_PIXELS / pixels);
         }
         let side = |side: u32| ((f64::from(side) * share.min(1.0).sqrt()).round() as u32).max(1);
         (side(size.0), side(size.1))
@@ -103,7 +103,7 @@ impl Study<'_> {
     fn on_film(&mut self, size: (u32, u32)) {
         let (width, height) = size;
         self.report.warn(format!(
-            "the scene's own size would leave fewer than {FEW_DOUBLINGS} doublings of the samples in this time: {width} × {height} pixels were rendered, and times are converted to the scene's own size by a pace between the one measured there and that of as many pixels of this image"
+            "the scene's own size would leave fewer than {MIN_DOUBLINGS} doublings of the samples in this time: {width} × {height} pixels were rendered, and times are converted to the scene's own size by a pace between the one measured there and that of as many pixels of this image"
         ));
         self.prepared = Rc::new(self.prepared.on_film(size));
         self.description.film.size = size;
@@ -243,7 +243,7 @@ mod tests {
         // The smallest size is kept where the time is too short even for that.
         let (width, height) = costs(10.0).fitting_size(own, 10.0);
         let pixels = f64::from(width * height);
-        assert!((pixels / FEW_PIXELS - 1.0).abs() < 0.02, "{pixels}");
+        assert!((pixels / MIN_PIXELS - 1.0).abs() < 0.02, "{pixels}");
         assert_eq!(costs(1.0).fitting_size(own, -1.0), (width, height));
         // An image of few pixels keeps its size, however short the time.
         assert_eq!(costs(10.0).fitting_size((16, 16), 0.1), (16, 16));

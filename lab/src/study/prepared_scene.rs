@@ -105,13 +105,13 @@ impl PreparedScene {
         options: AccelOptions,
         watch: &dyn RenderObserver,
     ) -> Result<Settled> {
-        let view = RenderInput {
+        let input = RenderInput {
             scene: self.scene(options),
             filter: &self.filter,
             size: self.size,
         };
         let threads = Threads::new(settings.threads)?;
-        settle(&view, &threads, settings, watch)
+        settle(&input, &threads, settings, watch)
     }
 
     /// The settings of a render of a variant.

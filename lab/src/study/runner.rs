@@ -25,7 +25,7 @@ use etendue::internals::sampler::hash::combine;
 const DISTURBED: f64 = 0.05;
 
 /// Number of renders needed to determine the usual ratio.
-const USUAL: usize = 3;
+const MIN_RENDERS: usize = 3;
 
 /// The purpose of random numbers: each has separate seeds.
 #[derive(Debug, Clone, Copy)]
@@ -216,7 +216,7 @@ fn is_disturbed(earlier: &[RunReport], shot: &Shot) -> bool {
         .iter()
         .map(|run| run.seconds.wall / run.seconds.cpu)
         .collect();
-    if ratios.len() < USUAL {
+    if ratios.len() < MIN_RENDERS {
         return false;
     }
     ratios.sort_by(f64::total_cmp);

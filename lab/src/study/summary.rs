@@ -230,33 +230,19 @@ mod tests {
     use super::super::clock::Seconds;
     use super::super::gram::Gram;
     use super::super::reference::ReferenceNoise;
-    use super::super::report::{ReferenceReport, RunReport};
+    use super::super::report::ReferenceReport;
+    use super::super::synthetic::{self, SyntheticRender};
     use super::super::variant::VariantReport;
     use super::*;
 
     /// Renders whose squared errors deviate by shares that `noise` returns, and whose seconds do, too.
     fn level(spp: u64, bias: f64, pace: f64, mut noise: impl FnMut() -> f64) -> LevelReport {
-        let mut level = LevelReport {
-            spp,
-            ..LevelReport::default()
-        };
-        for seed in 0..4_u64 {
-            let rel_mse = (bias + 0.01 / spp as f64) * (1.0 + noise());
-            let products = vec![bias * (1.0 + 1e-3 * seed as f64); seed as usize];
-            level.gram.push(products.clone(), &products, rel_mse);
-            let wall = pace * spp as f64 * (1.0 + noise());
-            level.runs.push(RunReport {
-                seed,
-                order: 0,
-                seconds: Seconds { wall, cpu: wall },
-                repeated: false,
-                rel_mse,
-                trimmed: rel_mse,
-                luminance: 0.5,
-                rejected: 0,
-            });
-        }
-        level
+        synthetic::level(spp, |seed| SyntheticRender {
+            rel_mse: (bias + 0.01 / spp as f64) * (1.0 + noise()),
+            product: bias * (1.0 + 1e-3 * seed as f64),
+            seconds: pace * spp as f64 * (1.0 + noise()),
+            luminance: 0.5,
+        })
     }
 
     fn study(name: &str, bias: f64, pace: f64) -> VariantStudy {

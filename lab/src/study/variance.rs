@@ -21,10 +21,10 @@ use etendue::internals::render::settings::RenderSettings;
 use serde::Serialize;
 
 /// Number of scattering events that are distinguished; paths with as many or more form one class.
-const LONGEST: usize = 5;
+const MAX_BOUNCES: usize = 5;
 
 /// Number of classes: seen directly; then by scattering events, each found by BSDF sampling and by light sampling.
-const CLASSES: usize = 1 + 2 * LONGEST;
+const CLASSES: usize = 1 + 2 * MAX_BOUNCES;
 
 /// The sources of the variance of a sample.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -68,7 +68,7 @@ pub enum LightFoundBy {
 
 /// Whether this is the class that includes all longer paths.
 pub fn is_longest(bounces: usize) -> bool {
-    bounces == LONGEST
+    bounces == MAX_BOUNCES
 }
 
 /// The remark on shares of renders that find light by more than the camera paths of its own pixel; `None` where there is
@@ -143,7 +143,7 @@ impl Lengths {
 
     /// Adds light that a camera or extension ray hit.
     fn met(&mut self, contribution: Rgb) {
-        let class = match self.bounces.min(LONGEST) {
+        let class = match self.bounces.min(MAX_BOUNCES) {
             0 => 0,
             bounces => 2 * bounces - 1,
         };
@@ -168,7 +168,7 @@ impl PathObserver for Lengths {
 
     fn light(&mut self, contribution: Rgb, _weight: f32, visible: f32) {
         if visible > 0.0 {
-            let bounces = (self.bounces + 1).min(LONGEST);
+            let bounces = (self.bounces + 1).min(MAX_BOUNCES);
             self.splits.add(2 * bounces, contribution * visible);
         }
     }

@@ -4,7 +4,7 @@
 //! Range: the path of the library is known on Linux only.
 //! Source: Embree's device properties; proc(5). Tested in `cli/tests/command/render.rs`.
 
-use super::handles::Device;
+use super::device::Device;
 use crate::accel::library::EmbreeInfo;
 use crate::error::Result;
 use embree4_sys::{

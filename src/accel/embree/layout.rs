@@ -7,8 +7,9 @@
 //! Source: embree4-sys and the assertions at the end of this file check the headers at compile time. Tested by every
 //! test that builds a scene.
 
-use super::handles::{CommittedScene, Device, PacketQuery, Scene};
+use super::device::Device;
 use super::new_ray_hit;
+use super::scene::{CommittedScene, PacketQuery, Scene};
 use crate::accel::batch::{PacketWidth, RayBatch};
 use crate::accel::lanes::{HitLanes, NO_ID, RayHitLanes, RayLanes};
 use crate::accel::{AccelOptions, Backend, Precision};

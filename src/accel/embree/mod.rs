@@ -13,11 +13,12 @@
 //! Source: Embree's manual; Woop, Benthin and Wald 2013 for its robust mode. Tested in `tests/tracing/rays.rs`.
 #![allow(unsafe_code)]
 
-mod handles;
+mod device;
 mod info;
 mod lanes;
 mod layout;
 mod packets;
+mod scene;
 
 pub use info::info;
 
@@ -32,8 +33,9 @@ use crate::math::ray::Ray;
 use crate::math::robust::gamma;
 use crate::math::triangle::{meet_plane, nearest_in_triangle};
 use crate::math::vec::{DAffine3, DVec3};
+use device::Device;
 use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCHit, RTCRay, RTCRayHit};
-use handles::{CommittedScene, Device, Scene};
+use scene::{CommittedScene, Scene};
 use std::sync::Arc;
 
 /// A committed Embree scene and the shapes it refers to.

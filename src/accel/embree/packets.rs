@@ -16,7 +16,7 @@
 //! `packets.rs`.
 
 use super::EmbreeAccel;
-use super::handles::PacketQuery;
+use super::scene::PacketQuery;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use crate::accel::lanes::{HitLanes, NO_ID, RayHitLanes, RayLanes};
 use crate::accel::{Hit, Precision};

@@ -1,4 +1,5 @@
-//! Connections: every way of making one path of a camera subpath and a light subpath.
+//! Connections: every way of making one path of a camera subpath and a light subpath. `emission.rs` has the strategy s = 0,
+//! which connects nothing.
 //!
 //! With s vertices of the light subpath and t of the camera subpath, ends included:
 //!
@@ -17,18 +18,16 @@ use super::vertex::{RayDensity, Source, Vertex};
 use super::walk::Subpath;
 use super::weights::{ConnectionPdfs, WholePath};
 use crate::camera::Viewpoint;
-use crate::effects::{Effects, Switch};
+use crate::effects::Effects;
 use crate::film::splats::Strategy;
 use crate::geometry::surface::SurfacePoint;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::light::types::{
-    EmissionPdf, EnvironmentSampling, LightChoice, LightSampling, ShadowRayEnd,
-};
+use crate::light::types::{LightChoice, LightSampling, ShadowRayEnd};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::ray::Ray;
 use crate::math::rgb::Rgb;
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::Vec2;
 use crate::planted::planted;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
@@ -156,83 +155,6 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             .map_or(0, |light| light.subpath.vertices.len())
     }
 
-    /// The contribution of s = 0: the surface `j` of the camera subpath emits.
-    fn emission_s0(&mut self, j: usize) -> Option<Contribution> {
-        let (scene, camera_path) = (self.scene, self.camera_path);
-        let vertex = &camera_path.vertices[j];
-        let emitted = scene.emitted(&vertex.at)?;
-        let strategy = Strategy { s: 0, t: j + 2 };
-        let mut weight = 1.0;
-        if j > 0
-            && let Some(light) = scene.light_of(&vertex.at)
-        {
-            let before = &camera_path.vertices[j - 1];
-            let receiver = before.receiver();
-            let by_nee = scene.light_pdf(self.light_choice, &receiver, self.time, &vertex.at);
-            let end = ShadowRayEnd::Surface(point_of(&vertex.at), [0.0; 2]);
-            let pdf = self.emission_pdf(light, &end, vertex.at.wo);
-            let (mut source, rays) = Source::new(end, scene.lights.pmf_by_power(light), &pdf);
-            source.direct = source.density_from(before.at.p, by_nee);
-            source.densities.by_camera = vertex.densities.by_camera;
-            let at_before = rays.density_at(before.at.p - vertex.at.p, before.at.ng);
-            let pdfs = ConnectionPdfs::of_emission(&source, at_before);
-            weight = self.weight(strategy, &source, &pdfs);
-        }
-        let contribution = Contribution {
-            strategy,
-            film: None,
-            unweighted: vertex.beta * emitted,
-            weight,
-        };
-        self.observer.emission(contribution.value(), weight);
-        Some(contribution)
-    }
-
-    /// The contributions of s = 0 from the environment: of the constant one and of the one that is sampled.
-    fn environment_s0(&mut self) -> [Option<Contribution>; 2] {
-        let Some(escape) = self.camera_path.escape.filter(|_| E::Environment::ON) else {
-            return [None; 2];
-        };
-        let strategy = Strategy {
-            s: 0,
-            t: self.camera_path.vertices.len() + 2,
-        };
-        let contribution = |radiance: Rgb, weight| Contribution {
-            strategy,
-            film: None,
-            unweighted: escape.beta * radiance,
-            weight,
-        };
-        let constant = contribution(self.scene.environment, 1.0);
-        let mut sampled = None;
-        if E::EnvironmentMap::ON
-            && let Some(environment) = self
-                .scene
-                .lights
-                .environment(escape.direction, EnvironmentSampling::Radiance)
-        {
-            let mut weight = 1.0;
-            if let Some(last) = self.camera_path.vertices.last() {
-                let end = ShadowRayEnd::Infinity;
-                let pdf = self.emission_pdf(environment.light, &end, -escape.direction);
-                let (lights, light) = (&self.scene.lights, environment.light);
-                let (mut source, rays) = Source::new(end, lights.pmf_by_power(light), &pdf);
-                let pmf = lights.pmf::<E>(light, self.light_choice, &last.receiver());
-                source.direct = (pmf * environment.pdf).0.into();
-                source.densities.by_camera = match escape.ray_density {
-                    RayDensity::Point(density) | RayDensity::Parallel(density) => density,
-                };
-                let at_last = rays.density_at(-escape.direction, last.at.ng);
-                let pdfs = ConnectionPdfs::of_emission(&source, at_last);
-                weight = self.weight(strategy, &source, &pdfs);
-            }
-            sampled = Some(contribution(environment.radiance, weight));
-        }
-        let sum = sampled.map_or(constant.value(), |it| constant.value() + it.value());
-        self.observer.environment(sum);
-        [Some(constant), sampled]
-    }
-
     /// The contribution of s = 1: next event estimation at the surface `j` of the camera subpath.
     fn nee_s1(&mut self, j: usize) -> Option<Contribution> {
         let (scene, camera_path) = (self.scene, self.camera_path);
@@ -255,7 +177,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             self.observer.unlit();
             return None;
         };
-        let pdf = self.emission_pdf(choice.0, &light.end, -light.wi);
+        let pdf = scene.pdf_emission(choice.0, self.time, &light.end, -light.wi);
         let (mut source, rays) = Source::new(light.end, lights.pmf_by_power(choice.0), &pdf);
         source.direct = match light.pdf {
             Some(pdf) => source.density_from(from, pdf),
@@ -361,7 +283,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
 
     /// The MIS weight of a strategy against all others that find its path, from the densities of both subpaths as far
     /// as it uses them, of the vertex on the light and of the connection.
-    fn weight(
+    pub(super) fn weight(
         &mut self,
         Strategy { s, t }: Strategy,
         source: &Source,
@@ -384,7 +306,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
                 whole.is_delta[i + 1] = vertex.is_delta;
             }
         }
-        whole.join(s, pdfs);
+        whole.set_connection(s, pdfs);
         whole.weight(s) as f32
     }
 
@@ -413,16 +335,6 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         self.scene.visibility::<E>(ray, self.time)
     }
 
-    fn emission_pdf(&self, light: u32, end: &ShadowRayEnd, direction: Vec3) -> EmissionPdf {
-        let normal = match end {
-            ShadowRayEnd::Surface(point, _) => point.ng,
-            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => Vec3::ZERO,
-        };
-        let around = &self.scene.around;
-        let light = self.scene.lights.get(light);
-        light.pdf_emission(self.time, normal, direction, around)
-    }
-
     /// The density with which a light subpath continues from surface `j` of the camera subpath to the surface before
     /// `j`.
     fn density_before(&self, j: usize, pdf_to_camera: PdfSolidAngle) -> f64 {
@@ -446,7 +358,7 @@ impl<E: Effects> LightPath<'_, E> {
 }
 
 /// The surface point of an interaction.
-fn point_of<E: Effects>(at: &Interaction<E>) -> SurfacePoint {
+pub(super) fn point_of<E: Effects>(at: &Interaction<E>) -> SurfacePoint {
     SurfacePoint {
         p: at.p,
         error: at.error,

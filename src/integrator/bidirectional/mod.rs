@@ -19,6 +19,7 @@
 mod connect;
 #[cfg(test)]
 mod consistency;
+mod emission;
 pub(super) mod vertex;
 pub(super) mod walk;
 mod weights;
@@ -28,7 +29,7 @@ use super::{CameraRay, Integrator, RayCounts, Roulette};
 use crate::accel::Hit;
 use crate::effects::Effects;
 use crate::film::splats::{Splat, SplatList, Strategy};
-use crate::light::types::{EmissionSample, EnvironmentSampling, LightChoice, ShadowRayEnd};
+use crate::light::types::{LightChoice, LightSampling};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -36,7 +37,7 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 pub use connect::Contribution;
 use connect::{Connector, LightPath};
-use vertex::{RayDensity, Source, Vertex};
+use vertex::{RayDensity, Source};
 use walk::{Start, Subpath, SubpathKind, SubpathSampler};
 use weights::WholePath;
 
@@ -265,45 +266,21 @@ impl Bidirectional {
         });
         let first = subpath.vertices.first()?;
         source.densities.by_camera = source.density_from(first.at.p, subpath.back);
-        source.direct = self.density_of_nee(scene, light, time, &source, &sample, first);
+        let rules = LightSampling {
+            choice: self.light_choice,
+            ..LightSampling::default()
+        };
+        let (lights, receiver) = (&scene.lights, first.receiver());
+        let pdf = lights.pdf_nee::<E>(light, &sample, rules, &receiver, time);
+        source.direct = match source.can_be_hit {
+            true => source.density_from(receiver.p, PdfSolidAngle(pdf)),
+            false => f64::from(pdf),
+        };
         Some(LightPath {
             source,
             #[cfg(test)]
             ray_density,
             subpath,
         })
-    }
-
-    /// The density with which light sampling at the first surface of a light subpath finds its source.
-    fn density_of_nee<E: Effects>(
-        &self,
-        scene: &Scene,
-        light: u32,
-        time: f32,
-        source: &Source,
-        sample: &EmissionSample,
-        first: &Vertex<E>,
-    ) -> f64 {
-        let (choice, receiver) = (self.light_choice, first.receiver());
-        let pdf = match &sample.end {
-            ShadowRayEnd::Surface(point, _) => {
-                let (towards, ng) = (point.p - receiver.p, point.ng);
-                scene
-                    .lights
-                    .pdf::<E>(light, choice, &receiver, time, towards, ng)
-            }
-            ShadowRayEnd::Infinity if source.can_be_hit => {
-                let beyond = scene
-                    .lights
-                    .environment(-sample.direction, EnvironmentSampling::Radiance);
-                let pmf = scene.lights.pmf::<E>(light, choice, &receiver);
-                beyond.map_or(PdfSolidAngle(0.0), |beyond| pmf * beyond.pdf)
-            }
-            // There is no other point, or direction: the density is the probability of selecting the light.
-            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => {
-                return scene.lights.pmf::<E>(light, choice, &receiver).0.into();
-            }
-        };
-        source.density_from(receiver.p, pdf)
     }
 }

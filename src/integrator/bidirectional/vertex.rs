@@ -236,7 +236,7 @@ impl Source {
         };
         let source = Self {
             end,
-            can_be_hit: pdf.position.is_some() && pdf.direction.is_some(),
+            can_be_hit: pdf.can_be_hit(),
             densities: Densities {
                 by_light: f64::from(pmf.0) * first,
                 by_camera: 0.0,

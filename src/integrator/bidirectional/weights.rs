@@ -65,21 +65,21 @@ impl WholePath {
 
     /// Sets the densities that the connection of x_{s-1}, of the light subpath, with x_s, of the camera subpath,
     /// determines for both and for those before them. Neither scatters by a delta lobe.
-    pub fn join(&mut self, s: usize, join: &ConnectionPdfs) {
+    pub fn set_connection(&mut self, s: usize, pdfs: &ConnectionPdfs) {
         let n = self.densities.len() - 1;
         if s > 0 {
-            self.densities[s - 1].by_camera = join.by_camera[0];
+            self.densities[s - 1].by_camera = pdfs.by_camera[0];
             self.is_delta[s - 1] = false;
         }
         if s > 1 {
-            self.densities[s - 2].by_camera = join.by_camera[1];
+            self.densities[s - 2].by_camera = pdfs.by_camera[1];
         }
         if s < n {
-            self.densities[s].by_light = join.by_light[0];
+            self.densities[s].by_light = pdfs.by_light[0];
             self.is_delta[s] = false;
         }
         if s + 1 < n {
-            self.densities[s + 1].by_light = join.by_light[1];
+            self.densities[s + 1].by_light = pdfs.by_light[1];
         }
     }
 

@@ -28,10 +28,10 @@ use crate::scene::interaction::Interaction;
 const NOISE: f64 = 0.5;
 
 /// The least number of rays of a record: with fewer, its distances and derivatives are mostly noise.
-const FEWEST: f64 = 256.0;
+const MIN_RAYS: f64 = 256.0;
 
 /// The largest number of rays of a record.
-const MOST: f64 = 16_384.0;
+const MAX_RAYS: f64 = 16_384.0;
 
 /// Gathers records at points of a scene.
 #[derive(Debug)]
@@ -54,37 +54,38 @@ impl Gatherer<'_> {
         at: &Interaction<E>,
         rays: &mut RayCounts,
     ) -> Option<Record> {
-        let record =
-            |seen: &Seen| Record::new(at.p, &at.frame, &seen.light, &seen.distance, self.bound);
-        let first = self.look(Cells::about(FEWEST), 0, sampler, at, rays)?;
+        let record = |HemisphereEstimate { light, distance }: &HemisphereEstimate| {
+            Record::new(at.p, &at.frame, light, distance, self.bound)
+        };
+        let first = self.sample_hemisphere(Cells::about(MIN_RAYS), 0, sampler, at, rays)?;
         let noise = first.light.variance.sqrt() / first.light.irradiance();
         let too_much = (noise / (NOISE * self.bound)).powi(2);
         if too_much <= 1.0 {
             return Some(record(&first));
         }
-        // `MOST` if no light was found at all.
-        let count = (first.distance.len() as f64 * too_much).min(MOST);
+        // `MAX_RAYS` if no light was found at all.
+        let count = (first.distance.len() as f64 * too_much).min(MAX_RAYS);
         let spent = first.distance.len();
-        let second = self.look(Cells::about(count), spent, sampler, at, rays)?;
+        let second = self.sample_hemisphere(Cells::about(count), spent, sampler, at, rays)?;
         Some(record(&second))
     }
 
     /// Samples the hemisphere once, with random numbers from the index `spent` on.
-    fn look<E: Effects, S: Sampler>(
+    fn sample_hemisphere<E: Effects, S: Sampler>(
         &self,
         cells: Cells,
         spent: usize,
         sampler: &mut S,
         at: &Interaction<E>,
         rays: &mut RayCounts,
-    ) -> Option<Seen> {
+    ) -> Option<HemisphereEstimate> {
         let mut radiance = vec![Rgb::BLACK; cells.count()];
         let mut distance = vec![f32::INFINITY; cells.count()];
-        let mut memory = PathScratch::<E>::default();
+        let mut scratch = PathScratch::<E>::default();
         // A scene with motion has no cache (`dispatch::check`).
         let time = 0.0;
         for first in (0..cells.count()).step_by(WAVEFRONT_SIZE) {
-            let (mut asked, mut samplers) = (Vec::new(), Vec::new());
+            let (mut paths, mut samplers) = (Vec::new(), Vec::new());
             let mut samples = vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES];
             let mut excluded_by_rays = Vec::new();
             for cell in first..cells.count().min(first + WAVEFRONT_SIZE) {
@@ -98,15 +99,15 @@ impl Gatherer<'_> {
                 let (ray, excluded) = self.scene.spawn(at, time, wi, false);
                 let excluded = Some(excluded);
                 let hit = self.scene.accel.intersect(&ray, time, excluded);
-                let path = asked.len();
+                let path = paths.len();
                 samples[path / LANES].add(path % LANES, &CameraRay { ray, time }, hit);
-                asked.push((cell, hit.map_or(f32::INFINITY, |hit| hit.t)));
+                paths.push((cell, hit.map_or(f32::INFINITY, |hit| hit.t)));
                 samplers.push(sampler.clone());
                 excluded_by_rays.push(excluded);
             }
-            memory.paths.begin(&samples);
-            let gathered_from = Some((at.receiver(false), PdfSolidAngle::LEAST));
-            let blocks = memory.paths.blocks_mut().iter_mut();
+            scratch.paths.begin(&samples);
+            let gathered_from = Some((at.receiver(false), PdfSolidAngle::MIN_ABOVE_ZERO));
+            let blocks = scratch.paths.blocks_mut().iter_mut();
             for (block, excluded) in blocks.zip(excluded_by_rays.chunks(LANES)) {
                 for (lane, &excluded) in excluded.iter().enumerate() {
                     block.excluded.set(lane, excluded);
@@ -121,8 +122,8 @@ impl Gatherer<'_> {
                 observer: &mut NullPathObserver,
                 bounce: 1,
             };
-            self.integrator.follow(wavefront, &mut memory);
-            for (path, (cell, clear)) in asked.into_iter().enumerate() {
+            self.integrator.follow(wavefront, &mut scratch);
+            for (path, (cell, clear)) in paths.into_iter().enumerate() {
                 let estimate = samples[path / LANES].estimate(path % LANES);
                 rays.closest += 1 + estimate.rays.closest;
                 rays.shadow += estimate.rays.shadow;
@@ -134,12 +135,12 @@ impl Gatherer<'_> {
             }
         }
         let light = Expansion::of(cells, &radiance, &distance);
-        Some(Seen { light, distance })
+        Some(HemisphereEstimate { light, distance })
     }
 }
 
 /// The result of sampling the hemisphere once.
-struct Seen {
+struct HemisphereEstimate {
     light: Expansion,
     distance: Vec<f32>,
 }

@@ -22,6 +22,7 @@
 //! second order is that of Schwarzhaupt, Jensen and Jarosz 2012. Derived by Reynolds' transport theorem. Tested below
 //! against closed forms.
 
+use crate::math::functions::{asin, cos, hypot, sin, sin_cos};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -60,7 +61,7 @@ impl Cells {
     /// The direction where these two boundaries meet, or a direction between boundaries.
     fn at(self, ring: f64, sector: f64) -> DVec3 {
         let sin2 = (ring / self.rings as f64).min(1.0);
-        let (sin_phi, cos_phi) = (2.0 * PI * sector / self.sectors as f64).sin_cos();
+        let (sin_phi, cos_phi) = sin_cos(2.0 * PI * sector / self.sectors as f64);
         let sin = sin2.sqrt();
         DVec3::new(sin * cos_phi, sin * sin_phi, (1.0 - sin2).sqrt())
     }
@@ -69,13 +70,13 @@ impl Cells {
     fn moment(self, ring: usize, sector: usize) -> DVec3 {
         // The antiderivative of sin^2 theta.
         let slope = |ring: usize| {
-            let theta = (ring as f64 / self.rings as f64).min(1.0).sqrt().asin();
-            0.5 * (theta - theta.sin() * theta.cos())
+            let theta = asin((ring as f64 / self.rings as f64).min(1.0).sqrt());
+            0.5 * (theta - sin(theta) * cos(theta))
         };
         let width = slope(ring + 1) - slope(ring);
         let phi = |sector: usize| 2.0 * PI * sector as f64 / self.sectors as f64;
-        let (sin_0, cos_0) = phi(sector).sin_cos();
-        let (sin_1, cos_1) = phi(sector + 1).sin_cos();
+        let (sin_0, cos_0) = sin_cos(phi(sector));
+        let (sin_1, cos_1) = sin_cos(phi(sector + 1));
         let z = PI / self.count() as f64;
         DVec3::new(width * (sin_1 - sin_0), width * (cos_0 - cos_1), z)
     }
@@ -148,13 +149,13 @@ impl Expansion {
     pub fn slope(&self) -> f64 {
         let channel = |c: [f64; 3]| Rgb::new(c[0] as f32, c[1] as f32, c[2] as f32).luminance();
         let [x, y] = [self.gradients.map(|g| g.x), self.gradients.map(|g| g.y)].map(channel);
-        f64::from(x).hypot(y.into())
+        hypot(f64::from(x), y.into())
     }
 
     /// The larger absolute value of the two curvatures of the luminance.
     pub fn curvature(&self) -> f64 {
         let [xx, xy, yy] = self.hessian;
-        0.5 * ((xx + yy).abs() + (xx - yy).hypot(2.0 * xy))
+        0.5 * ((xx + yy).abs() + hypot(xx - yy, 2.0 * xy))
     }
 }
 

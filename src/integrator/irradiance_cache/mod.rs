@@ -5,7 +5,7 @@
 //!
 //!   E(x, n) = sum_i w_i E_i(x, n) / sum_i w_i,   w_i = 1 - e_i,
 //!
-//! each weighted by the part of the allowed error that its error e_i leaves, if these weights sum to [`ENOUGH`].
+//! each weighted by the part of the allowed error that its error e_i leaves, if these weights sum to [`MIN_WEIGHT_SUM`].
 //! Elsewhere the path continues, and nothing is extrapolated. The estimate is biased by the interpolation, within about
 //! the bound, and by the noise of the records, which is less; both vanish with the bound, and a bound of 0 gives the
 //! path tracer's image.
@@ -40,7 +40,7 @@ use std::f32::consts::FRAC_1_PI;
 /// The sum of weights from which irradiance is interpolated: one record suffices at its own point alone, two in the
 /// middle between them. The mean over several has less noise than each, and the worst of 100,000 points stays within
 /// the bound.
-pub const ENOUGH: f32 = 1.0;
+pub const MIN_WEIGHT_SUM: f32 = 1.0;
 
 /// The box within which a record counts, and its index.
 type Reach = GeomWithData<Rectangle<[f32; 3]>, u32>;
@@ -107,7 +107,7 @@ impl IrradianceCache {
             count += 1;
         }
         // A gradient may extrapolate to less than zero.
-        (weights >= ENOUGH).then(|| ((sum / weights).map(|e| e.max(0.0)), count))
+        (weights >= MIN_WEIGHT_SUM).then(|| ((sum / weights).map(|e| e.max(0.0)), count))
     }
 
     /// The irradiance at a point with this normal, where it is known.

@@ -13,7 +13,7 @@
 //!   e^2 = |d|^2 / R^2 + (1 - n . n_0) / eps,   R^2 = 2 eps min[E / k, (E / |g|)^2, h^2].
 //!
 //! Measure: normalised scene units; irradiance.
-//! Range: eps above 0. R is at most [`FARTHEST`].
+//! Range: eps above 0. R is at most [`MAX_RADIUS`].
 //! Source: Schwarzhaupt, Jensen and Jarosz 2012 for k; Krivanek et al. 2005 for the gradient; Ward, Rubinstein and
 //! Clear 1988 for the harmonic mean. Tested in `tests/rendering/irradiance_cache.rs`.
 
@@ -24,7 +24,7 @@ use crate::math::vec::{DVec3, Vec3};
 use crate::planted::planted;
 
 /// The largest distance at which a record counts: a scene is about one unit large.
-const FARTHEST: f64 = 1e4;
+const MAX_RADIUS: f64 = 1e4;
 
 /// The indirect irradiance at one point, and its derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,10 +44,10 @@ pub struct Record {
 impl Record {
     /// Makes the record at `p` of the expansion in the hemisphere about the frame's normal, with the distances seen
     /// there.
-    pub fn new(p: Vec3, frame: &Frame, seen: &Expansion, distance: &[f32], bound: f64) -> Self {
+    pub fn new(p: Vec3, frame: &Frame, light: &Expansion, distance: &[f32], bound: f64) -> Self {
         let inverse: f64 = distance.iter().map(|&r| 1.0 / f64::from(r)).sum();
         let harmonic = distance.len() as f64 / inverse;
-        let irradiance = seen.irradiance();
+        let irradiance = light.irradiance();
         // Zero over zero: without irradiance, nothing changes.
         let length = |length: f64| {
             if length.is_nan() {
@@ -56,18 +56,18 @@ impl Record {
                 length
             }
         };
-        let curvature = length((irradiance / seen.curvature()).sqrt());
-        let slope = length(irradiance / seen.slope());
+        let curvature = length((irradiance / light.curvature()).sqrt());
+        let slope = length(irradiance / light.slope());
         let scale = curvature.min(slope).min(harmonic);
-        let told = (2.0 * bound).sqrt() * scale;
-        let radius = planted!("cache-without-bound", 4.0 * harmonic, told);
+        let bounded = (2.0 * bound).sqrt() * scale;
+        let radius = planted!("cache-without-bound", 4.0 * harmonic, bounded);
         let to_world = |v: DVec3| frame.to_world(v.as_vec3a());
         Self {
             p,
             n: frame.n,
-            radius: radius.min(FARTHEST) as f32,
-            vectors: seen.vectors.map(to_world),
-            gradients: seen.gradients.map(|g| to_world(g.extend(0.0))),
+            radius: radius.min(MAX_RADIUS) as f32,
+            vectors: light.vectors.map(to_world),
+            gradients: light.gradients.map(|g| to_world(g.extend(0.0))),
         }
     }
 

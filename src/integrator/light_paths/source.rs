@@ -1,16 +1,13 @@
-//! The rays with which light paths begin, and the densities of all strategies for them.
+//! The rays with which light paths begin, and their densities.
 //!
 //! Measure: the density of a ray is per unit of étendue, area times projected solid angle; of a ray from a light that no
-//! other ray can hit, per unit of area across it at the point that it lights. Densities of light sampling are per
-//! steradian, or the probability of selecting such a light.
+//! other ray can hit, per unit of area across it at the point that it lights.
 //! Range: any light; a ray without radiance is `None`.
 //! Source: as in `light/emission.rs`. Tested in `tests/rendering/light_paths.rs`.
 
-use crate::effects::{Effects, Switch};
+use crate::effects::Effects;
 use crate::light::Light;
-use crate::light::types::{
-    EmissionPdf, EmissionSample, EnvironmentSampling, LightChoice, Receiver, ShadowRayEnd,
-};
+use crate::light::types::{EmissionPdf, EmissionSample, ShadowRayEnd};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use crate::planted::planted;
@@ -35,17 +32,17 @@ impl LightPathFirstRay {
     /// [`Decision::SourceDirection`]: crate::sampler::Decision::SourceDirection
     pub fn sample<E: Effects>(
         scene: &Scene,
-        ([u, v, u_choice, v_choice], [u_direction, v_direction, u_guide]): ([f32; 4], [f32; 3]),
+        ([u, v, u_choice, v_choice], [u_direction, v_direction, u_target]): ([f32; 4], [f32; 3]),
         time: f32,
     ) -> Option<Self> {
         let (light, pmf) = scene.lights.choose_by_power::<E>([u_choice, v_choice])?;
         let numbers = [Vec2::new(u, v), Vec2::new(u_direction, v_direction)];
         let mut sample = scene.sample_emission::<E>(light, time, numbers[0], numbers[1])?;
-        if !scene.guides.is_empty() {
+        if !scene.caustic_targets.is_empty() {
             let of_light = scene.lights.get(light);
-            let (guides, around) = (&scene.guides, &scene.around);
+            let (targets, around) = (&scene.caustic_targets, &scene.around);
             let two_sided = of_light.is_two_sided();
-            guides.redirect(&mut sample, two_sided, u_guide, numbers, around);
+            targets.redirect(&mut sample, two_sided, u_target, numbers, around);
             let EmissionSample { end, direction, .. } = sample;
             let is_emitted = match (&end, of_light) {
                 (ShadowRayEnd::Surface(point, _), _) => {
@@ -72,41 +69,13 @@ impl LightPathFirstRay {
 
     /// Whether a camera path can hit the light.
     pub fn can_be_hit(&self) -> bool {
-        self.sample.pdf.position.is_some() && self.sample.pdf.direction.is_some()
+        self.sample.pdf.can_be_hit()
     }
 
     /// The density of the ray, which lights the point `p`.
     pub fn density(&self, scene: &Scene, p: Vec3) -> f32 {
         let EmissionSample { end, direction, .. } = &self.sample;
         density(scene, self.light, end, *direction, p, &self.sample.pdf)
-    }
-
-    /// The density with which light sampling at the receiver, where the ray ends, finds it.
-    pub fn density_of_nee<E: Effects>(
-        &self,
-        scene: &Scene,
-        choice: LightChoice,
-        map: EnvironmentSampling,
-        receiver: &Receiver,
-        time: f32,
-    ) -> f32 {
-        let (lights, light) = (&scene.lights, self.light);
-        match &self.sample.end {
-            ShadowRayEnd::Surface(point, _) => {
-                let towards = point.p - receiver.p;
-                let pdf = lights.pdf::<E>(light, choice, receiver, time, towards, point.ng);
-                pdf.0
-            }
-            ShadowRayEnd::Infinity if E::EnvironmentMap::ON && self.can_be_hit() => {
-                let pmf = lights.pmf::<E>(light, choice, receiver);
-                let environment = lights.environment(-self.sample.direction, map);
-                environment.map_or(0.0, |environment| (pmf * environment.pdf).0)
-            }
-            // There is no other point, or direction.
-            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => {
-                lights.pmf::<E>(light, choice, receiver).0
-            }
-        }
     }
 }
 
@@ -120,8 +89,8 @@ pub fn density_of_ray(
     p: Vec3,
 ) -> f32 {
     let pdf = planted!(
-        "guides-left-out-of-weight",
-        pdf_of_light(scene, light, time, end, direction),
+        "caustic-targets-left-out-of-weight",
+        scene.pdf_emission(light, time, end, direction),
         pdf_of_ray(scene, light, time, end, direction, p)
     );
     density(scene, light, end, direction, p, &pdf)
@@ -136,26 +105,11 @@ fn pdf_of_ray(
     direction: Vec3,
     p: Vec3,
 ) -> EmissionPdf {
-    let mut pdf = pdf_of_light(scene, light, time, end, direction);
+    let mut pdf = scene.pdf_emission(light, time, end, direction);
     let two_sided = scene.lights.get(light).is_two_sided();
-    scene.guides.mix(&mut pdf, end, direction, p, two_sided);
+    let targets = &scene.caustic_targets;
+    targets.mix(&mut pdf, end, direction, p, two_sided);
     pdf
-}
-
-/// The densities of a ray by the light's own sampling.
-fn pdf_of_light(
-    scene: &Scene,
-    light: u32,
-    time: f32,
-    end: &ShadowRayEnd,
-    direction: Vec3,
-) -> EmissionPdf {
-    let normal = match end {
-        ShadowRayEnd::Surface(point, _) => point.ng,
-        ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => Vec3::ZERO,
-    };
-    let of_light = scene.lights.get(light);
-    of_light.pdf_emission(time, normal, direction, &scene.around)
 }
 
 /// The density of a ray, given its densities in the measures of its light.

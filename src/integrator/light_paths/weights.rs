@@ -135,92 +135,103 @@ mod tests {
         0.01 + 0.99 * (*seed >> 40) as f32 / 16_777_216.0
     }
 
-    /// Random paths of up to eight surfaces, some with delta lobes and some from lights that cannot be hit. The reference
-    /// are products of all densities in double precision.
-    #[test]
-    fn mis_weights_of_the_three_strategies_sum_to_one() {
-        let seed = &mut 7;
-        for path in 0..1_000_000 {
-            let surfaces = 1 + path % 8;
+    /// A path that all strategies find.
+    struct Path {
+        /// The density of the first ray of a light path.
+        e: f32,
+        /// The density of light sampling at the first surface.
+        l: f32,
+        camera_vertex_ratio: f32,
+        can_be_hit: bool,
+        /// The directions to the light and to the camera at each surface from the light on, and whether its lobe is a delta
+        /// lobe. The last surface is connected to the lens, and has none.
+        surfaces: Vec<(DirectionPdf, DirectionPdf, bool)>,
+    }
+
+    impl Path {
+        /// A random path of this many surfaces.
+        fn random(surfaces: usize, seed: &mut u64) -> Self {
             let (e, l, camera_vertex_ratio) =
                 (number(seed), number(seed), number(seed) / number(seed));
             let can_be_hit = number(seed) > 0.3;
-            // Delta lobes are never at the surface that is connected to the lens.
-            let ends: Vec<(DirectionPdf, DirectionPdf, bool)> = (0..surfaces)
-                .map(|i| {
-                    let mut end = || DirectionPdf {
-                        pdf: number(seed),
-                        cos: number(seed),
-                    };
-                    let (to_light, to_camera) = (end(), end());
-                    (to_light, to_camera, i + 1 < surfaces && number(seed) < 0.3)
-                })
-                .collect();
-            let is_lit = !ends[0].2;
-
-            // From the light.
-            let mut ratios = LightRatios::new(e, can_be_hit);
-            for (i, &(to_light, to_camera, is_delta)) in ends.iter().enumerate() {
-                let to_camera = if i + 1 == surfaces {
-                    DirectionPdf {
-                        pdf: 1.0,
-                        ..to_camera
-                    }
-                } else {
-                    to_camera
+            let surface = |i: usize| {
+                let is_last = i + 1 == surfaces;
+                let mut end = || DirectionPdf {
+                    pdf: number(seed),
+                    cos: number(seed),
                 };
+                let (to_light, mut to_camera) = (end(), end());
+                if is_last {
+                    to_camera.pdf = 1.0;
+                }
+                (to_light, to_camera, !is_last && number(seed) < 0.3)
+            };
+            Self {
+                e,
+                l,
+                camera_vertex_ratio,
+                can_be_hit,
+                surfaces: (0..surfaces).map(surface).collect(),
+            }
+        }
+
+        /// The weight of the light path.
+        fn weight_by_light_path(&self) -> f32 {
+            let mut ratios = LightRatios::new(self.e, self.can_be_hit);
+            for (i, &(to_light, to_camera, is_delta)) in self.surfaces.iter().enumerate() {
                 ratios = if is_delta {
                     ratios.beyond_delta(i == 0)
                 } else {
-                    ratios.beyond(to_light, to_camera, (i == 0).then_some(l))
+                    ratios.beyond(to_light, to_camera, (i == 0).then_some(self.l))
                 };
             }
-            let by_light_path = ratios.weight(camera_vertex_ratio);
+            ratios.weight(self.camera_vertex_ratio)
+        }
 
-            // From the camera.
-            let mut ratio = camera_vertex_ratio;
-            for (i, &(to_light, to_camera, is_delta)) in
-                ends.iter().enumerate().rev().take(surfaces - 1)
-            {
-                let to_camera = if i + 1 == surfaces {
-                    DirectionPdf {
-                        pdf: 1.0,
-                        ..to_camera
-                    }
-                } else {
-                    to_camera
-                };
+        /// The weights of the camera path that is scattered to the light, and of that which samples it.
+        fn weights_from_camera(&self) -> [f32; 2] {
+            let mut ratio = self.camera_vertex_ratio;
+            for &(to_light, to_camera, is_delta) in self.surfaces[1..].iter().rev() {
                 ratio *= if is_delta {
                     1.0
                 } else {
                     vertex_ratio(to_camera, to_light)
                 };
             }
-            let (to_light, mut to_camera, _) = ends[0];
-            if surfaces == 1 {
-                to_camera.pdf = 1.0;
-            }
+            let (e, l) = (self.e, self.l);
+            let (to_light, to_camera, is_dark) = self.surfaces[0];
             let q = to_light.pdf;
-            let last = if is_lit {
-                vertex_ratio(to_camera, to_light)
-            } else {
+            let last = if is_dark {
                 1.0
+            } else {
+                vertex_ratio(to_camera, to_light)
             };
-            let nee_over_scattering = if is_lit { l / q } else { 0.0 };
+            let nee_over_scattering = if is_dark { 0.0 } else { l / q };
             let mut by_scattering = 0.0;
-            if can_be_hit {
+            if self.can_be_hit {
                 let among_two = 1.0 / (1.0 + nee_over_scattering * nee_over_scattering);
                 by_scattering = power_heuristic_with_third(among_two, e * ratio * last);
             }
             let mut by_nee = 0.0;
-            if is_lit {
-                let scattering_over_nee = if can_be_hit { q / l } else { 0.0 };
+            if !is_dark {
+                let scattering_over_nee = if self.can_be_hit { q / l } else { 0.0 };
                 let among_two = 1.0 / (1.0 + scattering_over_nee * scattering_over_nee);
                 let at_light = vertex_ratio(to_camera, DirectionPdf { pdf: l, ..to_light });
                 by_nee = power_heuristic_with_third(among_two, e * ratio * at_light);
             }
-            let sum = by_light_path + by_scattering + by_nee;
-            assert!((sum - 1.0).abs() < 1e-4, "{path}: {sum}");
+            [by_scattering, by_nee]
+        }
+    }
+
+    /// Random paths of up to eight surfaces, some with delta lobes and some from lights that cannot be hit.
+    #[test]
+    fn mis_weights_of_the_three_strategies_sum_to_one() {
+        let seed = &mut 7;
+        for index in 0..1_000_000 {
+            let path = Path::random(1 + index % 8, seed);
+            let [by_scattering, by_nee] = path.weights_from_camera();
+            let sum = path.weight_by_light_path() + by_scattering + by_nee;
+            assert!((sum - 1.0).abs() < 1e-4, "{index}: {sum}");
         }
     }
 

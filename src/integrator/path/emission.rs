@@ -152,7 +152,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let mut radiance = scene.environment;
         let (technique, rules) = (self.technique.technique(), self.light_sampling());
         if E::EnvironmentMap::ON
-            && let Some(environment) = scene.lights.environment(dir, rules.map)
+            && let Some(environment) = scene.lights.environment(dir, rules.environment)
         {
             let light = environment.light;
             let p_light = |from: Receiver| {

@@ -23,6 +23,7 @@
 pub mod block;
 mod direct_light;
 mod emission;
+mod first_found;
 mod light_paths;
 mod light_walk;
 mod reuse;
@@ -32,12 +33,11 @@ mod simple_techniques;
 
 use super::indirect::{Indirect, Uncached};
 use super::light_paths::{LightPathSplats, LightPaths};
-use super::observer::{NullPathObserver, PathObserver, RayKind};
+use super::observer::{PathObserver, RayKind};
 use super::reuse::PathReuse;
 use super::technique::{DirectionRule, TechniqueSource, Weighted};
 use super::{CameraRay, Integrator, RayCounts, Roulette, SampleLanes};
 use crate::accel::Hit;
-use crate::bsdf::Bsdf;
 use crate::effects::{Effects, Switch};
 use crate::light::types::{EnvironmentSampling, LightChoice, LightSampling};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, load};
@@ -71,7 +71,7 @@ pub struct PathIntegrator<C = Weighted, K = Uncached> {
     pub light_choice: LightChoice,
     /// The density of directions to an environment map; compensated only where every light that light sampling finds is
     /// found by BSDF sampling, too.
-    pub map: EnvironmentSampling,
+    pub environment_sampling: EnvironmentSampling,
     /// The light paths that find the same light.
     pub light_paths: LightPaths,
     /// The number of pixels that share their paths.
@@ -256,51 +256,6 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
     }
 
-    /// Traces one path, without light sampling, to the first surface for which `find` returns a value, and returns that
-    /// value. The vertices of a path do not depend on its light samples.
-    pub fn first_found<E: Effects, S: Sampler, T>(
-        &self,
-        scene: &Scene,
-        sampler: &mut S,
-        camera_ray: &CameraRay,
-        hit: Option<Hit>,
-        mut find: impl FnMut(&Interaction<E>, &Bsdf, u32) -> Option<T>,
-    ) -> Option<T> {
-        let PathScratch { paths, stage, .. } = &mut PathScratch::<E>::default();
-        let mut samples = SampleLanes::default();
-        samples.add(0, camera_ray, hit);
-        let mut wavefront = PathWavefront {
-            scene,
-            samples: slice::from_mut(&mut samples),
-            samplers: slice::from_mut(sampler),
-            observer: &mut NullPathObserver,
-            bounce: 0,
-        };
-        paths.begin(wavefront.samples);
-        let block = paths.blocks_mut().first_mut()?;
-        let mut found = None;
-        while block.active.any() {
-            self.add_emission(&mut wavefront, block, stage);
-            if block.active.any() {
-                let at: Interaction<E> = stage.at.get(0);
-                found = find(&at, &scene.surface(&at), wavefront.bounce);
-                if found.is_some() {
-                    break;
-                }
-                self.look_up_bsdfs(scene, block, stage);
-                let states = LaneStates::gather(wavefront.samplers, &block.active, &block.path);
-                let lit = &ActiveLanes::NONE;
-                let decision = Decision::Bsdf(wavefront.bounce);
-                self.sample_bsdfs(&mut wavefront, block, stage, &states, lit, decision);
-                let decision = Decision::Roulette(wavefront.bounce);
-                self.scatter(&mut wavefront, block, stage, &states, decision);
-                wavefront.trace_extension_rays(block);
-                wavefront.bounce += 1;
-            }
-        }
-        found
-    }
-
     /// Whether the kernel reuses paths and the settings ask for it.
     #[inline(always)]
     fn reuses<E: Effects>(&self) -> bool {
@@ -313,7 +268,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         LightSampling {
             choice: self.light_choice,
             points: self.technique.technique().points,
-            map: self.map,
+            environment: self.environment_sampling,
         }
     }
 

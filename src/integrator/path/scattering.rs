@@ -271,7 +271,7 @@ vectorised! {
 impl ScatteringLanes {
     /// Sets the sample of a lane.
     #[inline(always)]
-    fn set<E: Effects>(&mut self, lane: usize, view: &BoundBsdf<'_>, sample: Option<BsdfSample>) {
+    fn set<E: Effects>(&mut self, lane: usize, bound: &BoundBsdf<'_>, sample: Option<BsdfSample>) {
         self.sampled.set(lane, sample.is_some());
         let Some(sample) = sample else {
             return;
@@ -283,8 +283,8 @@ impl ScatteringLanes {
         let is_transmitted = E::Transmission::ON && sample.lobe.is_transmission();
         self.is_transmitted[lane] = u32::from(is_transmitted);
         if is_transmitted {
-            let ior = view.bsdf().ior();
-            let eta = if view.wo().z > 0.0 { ior } else { 1.0 / ior };
+            let ior = bound.bsdf().ior();
+            let eta = if bound.wo().z > 0.0 { ior } else { 1.0 / ior };
             self.eta2[lane] = eta * eta;
         }
     }

@@ -54,13 +54,13 @@ pub(super) fn toss<S: Sampler>(
 /// Samples the direction in which the path continues, by the technique's rule.
 #[inline(always)]
 pub(super) fn sample_direction<E: Effects>(
-    bsdf_bound: &BoundBsdf,
+    bound: &BoundBsdf,
     technique: Technique,
-    numbers: &BsdfSampleInput,
+    input: &BsdfSampleInput,
 ) -> Option<BsdfSample> {
     match technique.directions {
-        DirectionRule::Bsdf => bsdf_bound.sample::<E>(numbers),
-        DirectionRule::Uniform => sample_uniformly::<E>(bsdf_bound, numbers),
+        DirectionRule::Bsdf => bound.sample::<E>(input),
+        DirectionRule::Uniform => sample_uniformly::<E>(bound, input),
     }
 }
 
@@ -68,15 +68,12 @@ pub(super) fn sample_direction<E: Effects>(
 ///
 /// No such direction is that of a delta lobe. On a surface that has one, half of the samples are BSDF samples, which
 /// count only if they are of the delta lobe.
-fn sample_uniformly<E: Effects>(
-    bsdf_bound: &BoundBsdf,
-    numbers: &BsdfSampleInput,
-) -> Option<BsdfSample> {
-    let bsdf = bsdf_bound.bsdf();
+fn sample_uniformly<E: Effects>(bound: &BoundBsdf, input: &BsdfSampleInput) -> Option<BsdfSample> {
+    let bsdf = bound.bsdf();
     if bsdf.is_delta::<E>() {
-        return bsdf_bound.sample::<E>(numbers);
+        return bound.sample::<E>(input);
     }
-    let u_lobe = numbers.lobe;
+    let u_lobe = input.lobe;
     let effects = bsdf.effects();
     let mut share = 1.0;
     if effects.has(Effect::Specular) {
@@ -84,23 +81,23 @@ fn sample_uniformly<E: Effects>(
         if u_lobe < share {
             let rest = BsdfSampleInput {
                 lobe: u_lobe / share,
-                ..*numbers
+                ..*input
             };
-            let sample = bsdf_bound.sample::<E>(&rest)?;
+            let sample = bound.sample::<E>(&rest)?;
             return sample.pdf.is_none().then(|| BsdfSample {
                 weight: sample.weight * (1.0 / share),
                 ..sample
             });
         }
     }
-    let wo = bsdf_bound.wo();
-    let mut wi = sample_sphere_uniform(numbers.u);
+    let wo = bound.wo();
+    let mut wi = sample_sphere_uniform(input.u);
     let mut pdf = share * PDF_SPHERE_UNIFORM;
     if !effects.has(Effect::Transmission) {
         wi.z = wi.z.abs().copysign(wo.z);
         pdf *= 2.0;
     }
-    let f = bsdf_bound.eval::<E>(wi).f;
+    let f = bound.eval::<E>(wi).f;
     (!f.is_black()).then(|| BsdfSample {
         wi,
         weight: f * (wi.z.abs() / pdf),

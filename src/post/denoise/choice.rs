@@ -230,12 +230,12 @@ mod tests {
         for seed in 0..20 {
             let (truth, halves) = slope(seed);
             let filtered = shifted(&halves);
-            let [told, ..] = risks(&filtered, &halves);
+            let [estimated, ..] = risks(&filtered, &halves);
             let [picture, ..] = whole(&filtered);
             let error = truth.like(|i| (picture.values[i] - truth.values[i]).powi(2));
             let exact = (0.02 + 0.15 * 0.15) * (1.0 - 1.0 / SIDE as f64) + 0.04 / SIDE as f64;
             assert!((mean(&error) / exact - 1.0).abs() < 0.1);
-            ratios.push(mean(&told) / exact);
+            ratios.push(mean(&estimated) / exact);
         }
         // 80 000 pixels give it to 0.3 %.
         let mean = ratios.iter().sum::<f64>() / ratios.len() as f64;

@@ -85,7 +85,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let cosines = [w, at.wo].map(|w| w.dot(at.ng));
             let ratios = self.ratios(wavefront, block, lane, start, &towards, cosines);
             let weight = ratios.weight(connection.camera_vertex_ratio);
-            let flux = start.source.flux * load::<Rgb>(&block.beta, lane);
+            let flux = start.first_ray.flux * load::<Rgb>(&block.beta, lane);
             let of_camera = connection.importance / self.light_paths.share.number();
             let value = flux * load::<Rgb>(&towards.factor, lane) * (of_camera * weight);
             if value.is_black() {
@@ -146,7 +146,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         } else {
             by_scattering * start.nee_over_scattering
         };
-        let can_be_hit = start.source.can_be_hit();
+        let can_be_hit = start.first_ray.can_be_hit();
         LightRatios {
             by_scattering: if can_be_hit { by_scattering } else { 0.0 },
             by_nee,

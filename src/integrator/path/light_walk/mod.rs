@@ -30,7 +30,7 @@ use crate::scene::{Scene, ShapeTraits};
 /// The first ray of a light path, and what its weights need of the first surface.
 #[derive(Debug, Clone, Copy)]
 pub struct LightPathStart {
-    source: LightPathFirstRay,
+    first_ray: LightPathFirstRay,
     /// The density of light sampling at the first surface.
     nee: f32,
     /// The density of light sampling over that of scattering, beyond the first surface.
@@ -105,12 +105,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         for lane in active.each() {
             let time = samples.packet.rays.time[lane];
             let numbers = (source.map(|u| u[lane]), direction.map(|u| u[lane]));
-            let source = LightPathFirstRay::sample::<E>(scene, numbers, time);
-            samples.active.set(lane, source.is_some());
-            if let Some(source) = source {
-                samples.packet.rays.set(lane, &source.sample.ray());
+            let first_ray = LightPathFirstRay::sample::<E>(scene, numbers, time);
+            samples.active.set(lane, first_ray.is_some());
+            if let Some(first_ray) = first_ray {
+                samples.packet.rays.set(lane, &first_ray.sample.ray());
                 starts[lane] = Some(LightPathStart {
-                    source,
+                    first_ray,
                     nee: 0.0,
                     nee_over_scattering: 0.0,
                 });
@@ -174,7 +174,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 continue;
             };
             let at: Interaction<E> = stage.at.get(lane);
-            block.set_light_path_ratio(lane, 1.0 / start.source.density(scene, at.p));
+            block.set_light_path_ratio(lane, 1.0 / start.first_ray.density(scene, at.p));
             if !stage.bsdfs.delta.has(lane) {
                 let transmits = stage.at.traits[lane] & ShapeTraits::TRANSMITS != 0;
                 let receiver = at.receiver(transmits);
@@ -196,9 +196,10 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let Some(receiver) = receiver else {
             return start.nee;
         };
-        let (choice, map, time) = (self.light_choice, self.map, block.packet.rays.time[lane]);
-        let source = &start.source;
-        source.density_of_nee::<E>(scene, choice, map, receiver, time)
+        let LightPathFirstRay { light, sample, .. } = &start.first_ray;
+        let (rules, time) = (self.light_sampling(), block.packet.rays.time[lane]);
+        let lights = &scene.lights;
+        lights.pdf_nee::<E>(*light, sample, rules, receiver, time)
     }
 }
 

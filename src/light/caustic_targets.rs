@@ -1,6 +1,6 @@
 //! Caustic targets of light paths: spheres around the shapes that cast caustics, towards which emitted rays are sampled.
 //!
-//! An emitted ray is sampled by its light's own density or, with probability `GUIDED`, towards one of the spheres: a
+//! An emitted ray is sampled by its light's own density or, with probability `TARGETED`, towards one of the spheres: a
 //! direction uniform in the cone of the sphere as seen from the point on the light, or for a light at infinity a point
 //! uniform on the disk of the sphere across the ray. The density is that of the mixture, so that it covers every ray.
 //!
@@ -15,12 +15,12 @@ use crate::math::vec::{Vec2, Vec3};
 use crate::sampling::warp;
 use std::f32::consts::PI;
 
-/// The probability of sampling a ray towards a guide, where there is one: most rays stay as the light emits them, since much
+/// The probability of sampling a ray towards a target, where there is one: most rays stay as the light emits them, since much
 /// light reaches metal and glass by way of other surfaces.
-const GUIDED: f32 = 0.25;
+const TARGETED: f32 = 0.25;
 
-/// The largest number of guides: a scene with more shapes that cast caustics has one guide around all of them.
-pub const MAX_GUIDES: usize = 12;
+/// The largest number of targets: a scene with more shapes that cast caustics has one target around all of them.
+pub const MAX_TARGETS: usize = 12;
 
 /// Spheres around the shapes that cast caustics.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -28,7 +28,7 @@ pub struct CausticTargets {
     spheres: Vec<BoundingSphere>,
 }
 
-/// The ray that guides are weighed for: a point and the directions of rays from there, or a direction of parallel rays.
+/// The ray that targets are weighed for: a point and the directions of rays from there, or a direction of parallel rays.
 #[derive(Debug, Clone, Copy)]
 enum Rays {
     /// Rays from a point; the normal is zero where they leave in all directions.
@@ -41,7 +41,7 @@ enum Rays {
     Along(Vec3),
 }
 
-/// A guide as seen by the rays.
+/// A target as seen by the rays.
 #[derive(Debug, Clone, Copy)]
 struct Target {
     /// The axis of its cone, or the centre of its disk.
@@ -52,7 +52,7 @@ struct Target {
 }
 
 impl CausticTargets {
-    /// Creates the guides of these spheres.
+    /// Creates targets from these spheres.
     pub fn new(spheres: Vec<BoundingSphere>) -> Self {
         Self { spheres }
     }
@@ -63,7 +63,7 @@ impl CausticTargets {
         self.spheres.is_empty()
     }
 
-    /// Redirects an emitted ray that its light has sampled towards a guide or leaves it as it is, by a number for the
+    /// Redirects an emitted ray that its light has sampled towards a target or leaves it as it is, by a number for the
     /// choice and those of the light's own sample. Its radiance and its densities have to be computed again. `two_sided` is
     /// whether both sides of a surface emit.
     pub fn redirect(
@@ -76,10 +76,10 @@ impl CausticTargets {
     ) {
         let rays = Rays::of(&sample.end, sample.direction, two_sided);
         let total: f32 = self.targets(rays).map(|target| target.size).sum();
-        if total <= 0.0 || u_choice >= GUIDED {
+        if total <= 0.0 || u_choice >= TARGETED {
             return;
         }
-        let mut rest = u_choice / GUIDED * total;
+        let mut rest = u_choice / TARGETED * total;
         let reached = self.targets(rays).filter(|target| target.size > 0.0);
         let mut chosen = None;
         for target in reached {
@@ -138,14 +138,14 @@ impl CausticTargets {
                     PI * across.length_squared() <= target.size
                 }
             };
-            // Each guide is selected in proportion to its size, over which its rays are spread.
+            // Each target is selected in proportion to its size, over which its rays are spread.
             hit += if is_hit { 1.0 } else { 0.0 };
         }
         if total <= 0.0 {
             return;
         }
-        let guided = GUIDED * hit / total;
-        let mixed = |own: f32| (1.0 - GUIDED) * own + guided;
+        let of_targets = TARGETED * hit / total;
+        let mixed = |own: f32| (1.0 - TARGETED) * own + of_targets;
         match rays {
             Rays::From { .. } => {
                 pdf.direction = pdf.direction.map(|own| PdfSolidAngle(mixed(own.0)));
@@ -154,7 +154,7 @@ impl CausticTargets {
         }
     }
 
-    /// The guides as seen by the rays.
+    /// The targets as seen by the rays.
     fn targets(&self, rays: Rays) -> impl Iterator<Item = Target> {
         self.spheres.iter().map(move |sphere| match rays {
             Rays::Along(_) => Target {
@@ -220,7 +220,7 @@ mod tests {
         (hash::combine(index, of) >> 40) as f32 / 16_777_216.0
     }
 
-    fn guides() -> CausticTargets {
+    fn caustic_targets() -> CausticTargets {
         let sphere = |x, radius| BoundingSphere {
             center: Vec3::new(x, 0.5, 2.0),
             radius,
@@ -235,10 +235,10 @@ mod tests {
     };
 
     /// The mean of one over the density is the measure of all rays, and its error that of samples with weights of at most
-    /// 1 / (1 - GUIDED).
+    /// 1 / (1 - TARGETED).
     fn measure(end: ShadowRayEnd, own: EmissionPdf, two_sided: bool) -> [f64; 2] {
-        let (guides, count) = (guides(), 100_000);
-        let (mut sum, mut guided) = (0.0, 0);
+        let (targets, count) = (caustic_targets(), 100_000);
+        let (mut sum, mut redirected) = (0.0, 0);
         for index in 0..count {
             let u = [1, 3].map(|of| Vec2::new(number(index, of), number(index, of + 1)));
             let d = AROUND.radius * warp::sample_disk_concentric(u[0]);
@@ -253,10 +253,10 @@ mod tests {
                 radiance: Rgb::WHITE,
                 pdf: own,
             };
-            guides.redirect(&mut sample, two_sided, number(index, 5), u, &AROUND);
+            targets.redirect(&mut sample, two_sided, number(index, 5), u, &AROUND);
             let is_redirected = sample.direction != direction || sample.origin != origin;
-            guided += u32::from(is_redirected);
-            guides.mix(
+            redirected += u32::from(is_redirected);
+            targets.mix(
                 &mut sample.pdf,
                 &end,
                 sample.direction,
@@ -269,33 +269,39 @@ mod tests {
             };
             sum += 1.0 / f64::from(pdf.expect("it has a density"));
         }
-        [sum / count as f64, f64::from(guided) / count as f64]
+        [sum / count as f64, f64::from(redirected) / count as f64]
     }
 
     #[test]
-    fn guided_pdf_matches_sampling_over_the_sphere_of_directions() {
+    fn mixed_pdf_matches_sampling_over_the_sphere_of_directions() {
         let own = EmissionPdf {
             position: None,
             direction: Some(PdfSolidAngle(warp::PDF_SPHERE_UNIFORM)),
         };
-        let [all, guided] = measure(ShadowRayEnd::Point(Vec3::ZERO), own, true);
+        let [all, redirected] = measure(ShadowRayEnd::Point(Vec3::ZERO), own, true);
         // Standard errors of at most 1 / sqrt(100 000), relative to all, with five of them as tolerance.
         assert!(
             (all / (4.0 * std::f64::consts::PI) - 1.0).abs() < 0.016,
             "{all}"
         );
-        assert!((guided - f64::from(GUIDED)).abs() < 0.007, "{guided}");
+        assert!(
+            (redirected - f64::from(TARGETED)).abs() < 0.007,
+            "{redirected}"
+        );
     }
 
     #[test]
-    fn guided_pdf_matches_sampling_of_parallel_rays() {
+    fn mixed_pdf_matches_sampling_of_parallel_rays() {
         let area = PI * AROUND.radius * AROUND.radius;
         let own = EmissionPdf {
             position: Some(PdfArea(1.0 / area)),
             direction: None,
         };
-        let [all, guided] = measure(ShadowRayEnd::Infinity, own, false);
+        let [all, redirected] = measure(ShadowRayEnd::Infinity, own, false);
         assert!((all / f64::from(area) - 1.0).abs() < 0.016, "{all}");
-        assert!((guided - f64::from(GUIDED)).abs() < 0.007, "{guided}");
+        assert!(
+            (redirected - f64::from(TARGETED)).abs() < 0.007,
+            "{redirected}"
+        );
     }
 }

@@ -190,6 +190,18 @@ typedef struct {
   float normal_strength;
   // Coverage of the surface (opacity), up to 1; light passes straight through the rest. 0 stands for 1.
   float alpha;
+  // A bump map, indexed by the texture coordinates of the shape: the luminance of each pixel, from 0 to 1 or beyond, is a
+  // height; null for none, as beside `normal_map`.
+  const EtdImage *bump_map;
+  // The height of a value of 1, in world units; below 0, bumps become dents.
+  float bump_height;
+  // The fraction of the surface under a clear coat, from 0 (none) to 1, of a conductor or of a principled material
+  // without transmission.
+  float clear_coat;
+  // Roughness of the clear coat, from 0 (smooth) to 1.
+  float clear_coat_roughness;
+  // Refractive index of the clear coat, at least 1; 0 stands for 1.5.
+  float clear_coat_ior;
 } EtdMaterial;
 
 // A keyframe of a shape or an instance. Between two keyframes, translation and scale are interpolated linearly, and

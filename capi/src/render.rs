@@ -42,7 +42,7 @@ impl Drop for Running<'_> {
 }
 
 /// Interval between attempts to lock the state: calls that only read take about as long.
-const PATIENCE: Duration = Duration::from_micros(20);
+const LOCK_INTERVAL: Duration = Duration::from_micros(20);
 
 /// The state of a render.
 pub struct State {
@@ -122,7 +122,7 @@ impl Render {
                     return Err(busy());
                 }
                 // Other calls that read end soon.
-                Err(TryLockError::WouldBlock) => std::thread::sleep(PATIENCE),
+                Err(TryLockError::WouldBlock) => std::thread::sleep(LOCK_INTERVAL),
             }
         }
     }

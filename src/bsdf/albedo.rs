@@ -12,6 +12,7 @@
 
 use super::fresnel::schlick_weight;
 use super::microfacet::{Ggx, SMOOTH_ALPHA};
+use crate::math::functions::{exp, ln, powf};
 use crate::math::trig::sin_cos_turns;
 use crate::math::vec::{Vec2, Vec3, reflect};
 use std::f32::consts::FRAC_1_PI;
@@ -185,7 +186,7 @@ impl AlbedoRow {
     /// loss. Cosine-weighted sampling would undersample the grazing angles where smooth metals lose light.
     #[inline]
     pub fn sample_multiple(&self, u: Vec2) -> Vec3 {
-        let mu = (self.alpha * ((u.x * self.log).exp() - 1.0).sqrt()).min(1.0);
+        let mu = (self.alpha * (exp(u.x * self.log) - 1.0).sqrt()).min(1.0);
         let (sin, cos) = sin_cos_turns(u.y);
         let r = ((1.0 - mu) * (1.0 + mu)).sqrt();
         Vec3::new(r * cos, r * sin, mu)
@@ -315,7 +316,7 @@ impl Tables {
             t,
             alpha,
         };
-        let log = (1.0 + 1.0 / alpha2).ln();
+        let log = ln(1.0 + 1.0 / alpha2);
         AlbedoRow {
             table: Some((&self.entries, place)),
             alpha,
@@ -338,7 +339,7 @@ impl Tables {
 fn mean_of(alpha: f32, row: &Row) -> SingleScatter {
     const STEPS: u16 = 256;
     let lowest = 0.01 * alpha;
-    let mu_at = |k: f32| lowest.powf(1.0 - k / f32::from(STEPS));
+    let mu_at = |k: f32| powf(lowest, 1.0 - k / f32::from(STEPS));
     let (mut loss, mut schlick) = (0.0_f64, 0.0_f64);
     let mut mu2_low = 0.0_f64;
     for k in 0..STEPS {

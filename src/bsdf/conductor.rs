@@ -12,7 +12,8 @@
 use super::albedo::{AlbedoRow, RowPlace, SingleScatter};
 use super::fresnel;
 use super::microfacet::Ggx;
-use super::types::{BsdfSample, BsdfValue, Lobe, facing_up};
+use super::types::{BsdfSample, BsdfValue, Lobe, effects_of_lobes, facing_up};
+use crate::effects::EffectSet;
 use crate::math::{
     measure::PdfSolidAngle,
     rgb::Rgb,
@@ -120,6 +121,11 @@ impl Conductor {
     #[inline]
     pub fn is_delta(&self) -> bool {
         self.facets.is_none()
+    }
+
+    /// The effects that a kernel needs for this BSDF.
+    pub fn effects(&self) -> EffectSet {
+        effects_of_lobes(self.is_delta())
     }
 
     /// The place in the table of albedos, if the surface is rough, so that its BSDF can be evaluated in lanes.

@@ -46,8 +46,8 @@ impl<V: Vector> Diffuse<V> {
 
     /// Samples a cosine-weighted direction; the weight is the albedo.
     #[inline]
-    pub fn sample(&self, wo: V, numbers: &BsdfSampleInput) -> Option<BsdfSample<V>> {
-        (wo.z() != 0.0).then(|| self.sample_cosine(wo, numbers.cosine_direction.into()))
+    pub fn sample(&self, wo: V, input: &BsdfSampleInput) -> Option<BsdfSample<V>> {
+        (wo.z() != 0.0).then(|| self.sample_cosine(wo, input.cosine_direction.into()))
     }
 
     /// The sample for a cosine-weighted direction on the upper hemisphere, flipped to the side of `wo`, which is not

@@ -6,6 +6,7 @@
 //! Source: named in each model's file. Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
 pub mod albedo;
+pub mod coated;
 pub mod conductor;
 pub mod dielectric;
 pub mod diffuse;
@@ -18,6 +19,7 @@ pub mod types;
 
 use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
 use crate::math::vec::{Vec2, Vec3};
+pub use coated::{ClearCoat, Coated, CoatedBase};
 pub use conductor::Conductor;
 pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
@@ -42,6 +44,8 @@ pub enum Bsdf {
     Phong(Phong),
     /// The metallic-roughness model.
     Principled(Principled),
+    /// A clear coat over metal or the metallic-roughness model.
+    Coated(Coated),
 }
 
 impl Bsdf {
@@ -78,7 +82,11 @@ impl Bsdf {
         match self {
             Self::Dielectric(model) => model.ior(),
             Self::Principled(model) => model.ior(),
-            Self::Diffuse(_) | Self::Mirror(_) | Self::Conductor(_) | Self::Phong(_) => 1.0,
+            Self::Diffuse(_)
+            | Self::Mirror(_)
+            | Self::Conductor(_)
+            | Self::Phong(_)
+            | Self::Coated(_) => 1.0,
         }
     }
 
@@ -94,6 +102,7 @@ impl Bsdf {
             Self::Conductor(model) => model.is_delta(),
             Self::Dielectric(model) => model.is_delta(),
             Self::Principled(model) => model.is_delta(),
+            Self::Coated(model) => model.is_delta(),
         }
     }
 
@@ -102,10 +111,13 @@ impl Bsdf {
         match self {
             Self::Diffuse(_) => EffectSet::NONE,
             Self::Mirror(_) => EffectSet::NONE.with(Effect::Specular),
-            Self::Conductor(model) => lobes(model.is_delta()),
-            Self::Dielectric(model) => lobes(model.is_delta()).with(Effect::Transmission),
+            Self::Conductor(model) => model.effects(),
+            Self::Dielectric(model) => {
+                types::effects_of_lobes(model.is_delta()).with(Effect::Transmission)
+            }
             Self::Phong(_) => EffectSet::NONE.with(Effect::Glossy),
             Self::Principled(model) => model.effects(),
+            Self::Coated(model) => model.effects(),
         }
     }
 }
@@ -144,33 +156,26 @@ impl BoundBsdf<'_> {
             (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.eval(wo, wi),
             (Bsdf::Phong(model), _) if E::Glossy::ON => model.eval(wo, wi),
             (Bsdf::Principled(model), Some(choice)) => model.eval(wo, choice, wi),
+            (Bsdf::Coated(model), _) if has_lobes::<E>() => model.eval(wo, wi),
             _ => beyond_kernel(),
         }
     }
 
     /// Samples an incident direction. `None` is a sample of zero contribution, which counts in the estimator.
     #[inline]
-    pub fn sample<E: Effects>(&self, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
-        let (wo, BsdfSampleInput { lobe, u, .. }) = (self.wo, *numbers);
+    pub fn sample<E: Effects>(&self, input: &BsdfSampleInput) -> Option<BsdfSample> {
+        let (wo, BsdfSampleInput { lobe, u, .. }) = (self.wo, *input);
         match (self.bsdf, &self.choice) {
-            (Bsdf::Diffuse(model), _) => model.sample(wo, numbers),
+            (Bsdf::Diffuse(model), _) => model.sample(wo, input),
             (Bsdf::Mirror(model), _) if has_lobes::<E>() => model.sample(wo),
             (Bsdf::Conductor(model), _) if has_lobes::<E>() => model.sample(wo, lobe, u),
             (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.sample(wo, lobe, u),
-            (Bsdf::Phong(model), _) if E::Glossy::ON => model.sample(wo, numbers),
-            (Bsdf::Principled(model), Some(choice)) => model.sample(wo, choice, numbers),
+            (Bsdf::Phong(model), _) if E::Glossy::ON => model.sample(wo, input),
+            (Bsdf::Principled(model), Some(choice)) => model.sample(wo, choice, input),
+            (Bsdf::Coated(model), _) if has_lobes::<E>() => model.sample(wo, input),
             _ => beyond_kernel(),
         }
     }
-}
-
-/// The effect that a delta lobe or a glossy lobe needs.
-fn lobes(is_delta: bool) -> EffectSet {
-    EffectSet::NONE.with(if is_delta {
-        Effect::Specular
-    } else {
-        Effect::Glossy
-    })
 }
 
 /// Whether a kernel supports more than diffuse surfaces, so that a BSDF may have several lobes.

@@ -52,17 +52,17 @@ impl Phong {
 
     /// Samples a direction of the lobe or a cosine-weighted one. `None` for one below the surface: that part is lost.
     #[inline]
-    pub fn sample(&self, wo: Vec3, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, input: &BsdfSampleInput) -> Option<BsdfSample> {
         if wo.z == 0.0 {
             return None;
         }
         let up = Vec3::new(wo.x, wo.y, wo.z.abs());
-        let (mut wi, lobe) = if numbers.lobe < self.lobe_share {
+        let (mut wi, lobe) = if input.lobe < self.lobe_share {
             let about_mirror = Frame::from_normal(mirrored(up));
-            let wi = about_mirror.to_world(sample_cosine_power(numbers.u, self.exponent));
+            let wi = about_mirror.to_world(sample_cosine_power(input.u, self.exponent));
             (wi, Lobe::GlossyReflection)
         } else {
-            (numbers.cosine_direction, Lobe::Diffuse)
+            (input.cosine_direction, Lobe::Diffuse)
         };
         if wi.z <= 0.0 {
             return None;

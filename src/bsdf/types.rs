@@ -12,6 +12,7 @@
 //! Range: both directions anywhere on the sphere; exactly tangential ones scatter nothing.
 //! Source: Veach 1997, chapter 5. Tested in `tests/scattering/bsdf.rs` and `tests/scattering/furnace.rs`.
 
+use crate::effects::{Effect, EffectSet};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3, Vector};
@@ -100,4 +101,13 @@ impl Lobe {
     pub fn is_transmission(self) -> bool {
         matches!(self, Self::GlossyTransmission | Self::SpecularTransmission)
     }
+}
+
+/// The effect that a delta lobe or a glossy lobe needs.
+pub fn effects_of_lobes(is_delta: bool) -> EffectSet {
+    EffectSet::NONE.with(if is_delta {
+        Effect::Specular
+    } else {
+        Effect::Glossy
+    })
 }

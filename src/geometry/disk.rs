@@ -71,6 +71,11 @@ impl Disk {
         0.5 * (self.in_frame(p) / self.radius + Vec2::ONE)
     }
 
+    /// The derivatives of a point of the disk by u and v.
+    pub fn tangents(&self) -> [Vec3; 2] {
+        self.axes.map(|axis| 2.0 * self.radius * axis)
+    }
+
     /// The coordinates of a point along the axes, in units of length.
     #[inline]
     fn in_frame(&self, p: Vec3) -> Vec2 {

@@ -85,7 +85,7 @@ impl Geometry {
         match self {
             Self::Mesh(mesh) => mesh.tangents_at(primitive),
             Self::Sphere(sphere) => sphere.tangents_at(p),
-            Self::Disk(disk) => disk.axes,
+            Self::Disk(disk) => disk.tangents(),
         }
     }
 

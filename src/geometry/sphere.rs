@@ -6,10 +6,11 @@
 
 use super::surface::SurfacePoint;
 use crate::math::bounds::Bounds;
+use crate::math::functions::{acos, atan2};
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
 use crate::math::vec::{DVec3, Mat3, Vec2, Vec3, Vector, reflect};
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// The point of a sphere in the direction of the unit vector `n` from its centre.
 #[inline(always)]
@@ -97,16 +98,17 @@ impl Sphere {
     pub fn uv_at(&self, p: Vec3) -> Vec2 {
         let n = self.turn.transpose() * (p - self.center).normalize_or(Vec3::Z);
         Vec2::new(
-            (n.z.atan2(n.x) / TAU).rem_euclid(1.0),
-            (-n.y.clamp(-1.0, 1.0)).acos() * FRAC_1_PI,
+            (atan2(n.z, n.x) / TAU).rem_euclid(1.0),
+            acos(-n.y.clamp(-1.0, 1.0)) * FRAC_1_PI,
         )
     }
 
-    /// The directions in which u and v increase at a point of the sphere; u has none at the poles.
+    /// The derivatives of a point of the sphere by u and v; 0 at the poles.
     pub fn tangents_at(&self, p: Vec3) -> [Vec3; 2] {
         let n = self.turn.transpose() * (p - self.center);
         let along_u = Vec3::new(-n.z, 0.0, n.x);
-        [along_u, along_u.cross(n)].map(|tangent| self.turn * tangent)
+        let along_v = along_u.cross(n).normalize_or_zero();
+        [TAU * along_u, PI * self.radius * along_v].map(|tangent| self.turn * tangent)
     }
 
     /// The parameter up to which a ray that starts on the sphere cannot truly hit it again. A ray to the outside never

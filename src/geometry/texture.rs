@@ -4,7 +4,7 @@
 //! Range: any finite uv: the image repeats. For other uv the colour is unspecified and may not be finite.
 //! Source: bilinear interpolation between texel centres. Tested below.
 
-use super::uv_map::UvMap;
+use super::uv_map::{UvMap, Wrap};
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -71,6 +71,34 @@ impl Texture {
         }
     }
 
+    /// The derivatives of the luminance by u and v: the difference over one texel, which varies continuously where the
+    /// derivative of the bilinear interpolation has steps. A checkerboard has none.
+    #[inline]
+    pub fn gradient(&self, uv: Vec2) -> Vec2 {
+        match self {
+            Self::Image { image, scale } => {
+                let size = (image.width(), image.height());
+                let texel = |x, y| image.get(x, y);
+                let at = |offset| bilinear(size, uv + offset, texel).luminance();
+                *scale * difference_quotients(size, at)
+            }
+            Self::Placed {
+                image,
+                tint,
+                uv_map,
+            } => {
+                let size = (image.width(), image.height());
+                let uv = uv_map.mapped(uv);
+                let at = |offset| {
+                    let uv = uv_map.wrapped(size, uv + offset);
+                    (*tint * bilinear(size, uv, |x, y| image.get(x, y))).luminance()
+                };
+                uv_map.pull_back(difference_quotients(size, at))
+            }
+            Self::Checker { .. } => Vec2::ZERO,
+        }
+    }
+
     /// The largest value in each channel.
     pub fn brightest(&self) -> Rgb {
         match self {
@@ -114,6 +142,21 @@ impl Texture {
                 colours: colours.map(f),
                 repeat: *repeat,
             },
+        }
+    }
+
+    /// The texture of an image that continues in this way beyond its edges; others as they are.
+    pub fn continued(self, wrap: Wrap) -> Self {
+        match self {
+            Self::Image { image, scale } if wrap != Wrap::Repeat => Self::Placed {
+                image,
+                tint: Rgb::grey(scale),
+                uv_map: UvMap {
+                    wrap: [wrap; 2],
+                    ..UvMap::default()
+                },
+            },
+            texture => texture,
         }
     }
 
@@ -182,6 +225,19 @@ pub(super) fn bilinear(
     top.lerp(bottom, y)
 }
 
+/// The derivatives by u and v over one texel of an image of this width and height, of a function of the offset from the
+/// place of the lookup.
+#[inline]
+fn difference_quotients((width, height): (u32, u32), at: impl Fn(Vec2) -> f32) -> Vec2 {
+    let texels = Vec2::new(width as f32, height as f32);
+    let across = |offset: Vec2| at(offset) - at(-offset);
+    texels
+        * Vec2::new(
+            across(0.5 * Vec2::X / texels),
+            across(0.5 * Vec2::Y / texels),
+        )
+}
+
 /// The two texels, of a repeating row of `count`, whose centres enclose `t`, and the interpolation weight of the
 /// second.
 #[inline]
@@ -204,7 +260,6 @@ fn is_odd(x: f32) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::uv_map::Wrap;
     use super::*;
     use proptest::prelude::*;
 
@@ -242,6 +297,60 @@ mod tests {
         assert!((at(&texture, 0.5, 0.5) - 2.5).abs() < 1e-5);
         // A quarter of the way from column 1 to column 2.
         assert!((at(&texture, 1.75 / 3.0, 0.75) - 1.25).abs() < 1e-5);
+    }
+
+    #[test]
+    fn gradient_is_the_slope_between_texels_and_continuous() {
+        let texture = numbers();
+        // Between the centres of columns 0 and 1, and of both rows.
+        let between = texture.gradient(Vec2::new(1.0 / 3.0, 0.5));
+        assert!(
+            (between - Vec2::new(3.0, -6.0)).length() < 1e-4,
+            "{between}"
+        );
+        // At the centre of the middle column, both sides rise alike; at its edge, the image falls back to its start.
+        let middle = texture.gradient(Vec2::new(0.5, 0.5)).x;
+        assert!((middle - 3.0).abs() < 1e-4, "{middle}");
+        let edge = texture.gradient(Vec2::new(0.0, 0.5)).x;
+        assert!((edge + 6.0).abs() < 1e-4, "{edge}");
+        // From texel to texel it changes by 9 at most.
+        for i in 0..300 {
+            let at = |i: u16| texture.gradient(Vec2::new(f32::from(i) / 300.0, 0.5)).x;
+            let step = at(i + 1) - at(i);
+            assert!(step.abs() < 0.1, "{step} at {i}");
+        }
+        let one = Texture::Image {
+            image: Arc::new(Image::filled(1, 1, Rgb::WHITE)),
+            scale: 2.0,
+        };
+        assert_eq!(one.gradient(Vec2::new(0.3, 0.4)), Vec2::ZERO);
+    }
+
+    #[test]
+    fn gradient_of_a_placed_texture_follows_its_uv_map() {
+        let Texture::Image { image, .. } = numbers() else {
+            unreachable!("it is an image");
+        };
+        let placed = |rows, wrap| Texture::Placed {
+            image: Arc::clone(&image),
+            tint: Rgb::grey(2.0),
+            uv_map: UvMap { rows, wrap },
+        };
+        // u of the image is 2 v, v of the image is u.
+        let rows = [[0.0, 2.0, 0.0], [1.0, 0.0, 0.0]];
+        let turned = placed(rows, [Wrap::Repeat; 2]);
+        let gradient = turned.gradient(Vec2::new(0.5, 1.0 / 6.0));
+        assert!(
+            (gradient - Vec2::new(-12.0, 12.0)).length() < 1e-4,
+            "{gradient}"
+        );
+        // A mirrored image rises backwards, and beyond the edge of a clamped one nothing changes.
+        let rows = UvMap::default().rows;
+        let mirrored = placed(rows, [Wrap::Mirror; 2]);
+        let slope = mirrored.gradient(Vec2::new(2.0 - 0.5, 0.5)).x;
+        assert!((slope + 6.0).abs() < 1e-4, "{slope}");
+        let clamped = placed(rows, [Wrap::Clamp; 2]);
+        assert_eq!(clamped.gradient(Vec2::new(7.0, 0.5)).x, 0.0);
     }
 
     #[test]

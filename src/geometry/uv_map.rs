@@ -66,11 +66,35 @@ impl Default for UvMap {
 impl UvMap {
     /// The uv at which to look up an image of this width and height, as if it repeated.
     #[inline]
-    pub fn apply(&self, (width, height): (u32, u32), uv: Vec2) -> Vec2 {
-        let [u, v] = self
-            .rows
-            .map(|[along_u, along_v, offset]| along_u * uv.x + along_v * uv.y + offset);
-        Vec2::new(self.wrap[0].fold(u, width), self.wrap[1].fold(v, height))
+    pub fn apply(&self, size: (u32, u32), uv: Vec2) -> Vec2 {
+        self.wrapped(size, self.mapped(uv))
+    }
+
+    /// The uv of the image, which may be beyond its edges.
+    #[inline]
+    pub(super) fn mapped(&self, uv: Vec2) -> Vec2 {
+        let rows = self.rows;
+        rows.map(|[along_u, along_v, offset]| along_u * uv.x + along_v * uv.y + offset)
+            .into()
+    }
+
+    /// The uv at which to look up an image of this width and height as if it repeated, for a uv of the image.
+    #[inline]
+    pub(super) fn wrapped(&self, (width, height): (u32, u32), uv: Vec2) -> Vec2 {
+        Vec2::new(
+            self.wrap[0].fold(uv.x, width),
+            self.wrap[1].fold(uv.y, height),
+        )
+    }
+
+    /// The derivatives by the uv of the surface, from those by the uv of the image.
+    #[inline]
+    pub(super) fn pull_back(&self, gradient: Vec2) -> Vec2 {
+        let [u, v] = self.rows;
+        Vec2::new(
+            u[0] * gradient.x + v[0] * gradient.y,
+            u[1] * gradient.x + v[1] * gradient.y,
+        )
     }
 
     /// Whether every number is finite.

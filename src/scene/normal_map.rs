@@ -2,7 +2,7 @@
 //!
 //! Measure: directions in world axes; the image stores x along u, y along v, z away from the surface, each mapped from
 //! [-1, 1] to [0, 1], as in Blender and glTF.
-//! Range: a normal that would point below the surface is left unchanged.
+//! Range: any map with texture coordinates.
 //! Source: Mikkelsen 2008, "Simulation of Wrinkled Surfaces Revisited", for tangent space. Tested below and in
 //! `tests/scattering/materials.rs`.
 
@@ -17,34 +17,39 @@ use std::sync::Arc;
 pub struct NormalMap {
     texture: Arc<Texture>,
     strength: f32,
+    is_right_handed: bool,
 }
 
 impl NormalMap {
     /// Returns the map of a description; `None` if it has no effect.
     pub fn new(description: &NormalMapDescription) -> Option<Self> {
-        let NormalMapDescription { texture, strength } = description;
+        let NormalMapDescription {
+            texture,
+            strength,
+            is_right_handed,
+        } = description;
         let flat = texture
             .constant()
             .is_some_and(|colour| tangent_normal(colour.map(centred), *strength) == Vec3::Z);
         (!flat && *strength != 0.0).then(|| Self {
             texture: Arc::clone(texture),
             strength: *strength,
+            is_right_handed: *is_right_handed,
         })
     }
 
-    /// Returns the shading normal `ns` tilted by the map at `uv`. `tangents` are the directions in which u and v grow;
-    /// `ns` is on the side of `ng`, and so is the result.
+    /// Returns the shading normal `ns` tilted by the map at `uv`. The tangents are the directions in which u and v grow.
     #[inline]
-    pub fn tilt(&self, uv: Vec2, ns: Vec3, ng: Vec3, [along_u, along_v]: [Vec3; 2]) -> Vec3 {
+    pub fn tilt(&self, uv: Vec2, ns: Vec3, [along_u, along_v]: [Vec3; 2]) -> Vec3 {
         let Some(s) = (along_u - ns.dot(along_u) * ns).try_normalize() else {
             return ns;
         };
         let t = ns.cross(s);
-        let t = if t.dot(along_v) < 0.0 { -t } else { t };
+        let is_mirrored = !self.is_right_handed && t.dot(along_v) < 0.0;
+        let t = if is_mirrored { -t } else { t };
         let texel = self.texture.lookup_with(uv, |texel| texel.map(centred));
         let n = tangent_normal(texel, self.strength);
-        let tilted = (n.x * s + n.y * t + n.z * ns).normalize_or(ns);
-        if tilted.dot(ng) > 0.0 { tilted } else { ns }
+        (n.x * s + n.y * t + n.z * ns).normalize_or(ns)
     }
 }
 
@@ -72,12 +77,13 @@ mod tests {
         NormalMapDescription {
             texture: Arc::new(Texture::Checker { colours, repeat }),
             strength,
+            is_right_handed: false,
         }
     }
 
     fn tilted(texel: Rgb, tangents: [Vec3; 2]) -> Vec3 {
         let map = NormalMap::new(&map(texel, 1.0)).expect("it tilts");
-        map.tilt(Vec2::ZERO, Vec3::Z, Vec3::Z, tangents)
+        map.tilt(Vec2::ZERO, Vec3::Z, tangents)
     }
 
     #[test]
@@ -90,6 +96,17 @@ mod tests {
         near(tilted(texel, [-3.0 * Vec3::X, Vec3::Y]), mirrored);
         let turned = Vec3::new(-expected.y, expected.x, expected.z);
         near(tilted(texel, [Vec3::Y, -Vec3::X]), turned);
+        let map = NormalMapDescription {
+            is_right_handed: true,
+            ..map(texel, 1.0)
+        };
+        let map = NormalMap::new(&map).expect("it tilts");
+        let tilt = |tangents| map.tilt(Vec2::ZERO, Vec3::Z, tangents);
+        near(tilt([Vec3::X, -Vec3::Y]), expected);
+        near(
+            tilt([-Vec3::X, Vec3::Y]),
+            Vec3::new(-expected.x, -expected.y, expected.z),
+        );
     }
 
     #[test]
@@ -101,12 +118,12 @@ mod tests {
         let map = NormalMapDescription {
             texture,
             strength: 1.0,
+            is_right_handed: false,
         };
         let map = NormalMap::new(&map).expect("it tilts");
         let tilt = |i: u16| {
             let u = 0.25 + 0.5 * f32::from(i) / 100.0;
-            map.tilt(Vec2::new(u, 0.5), Vec3::Z, Vec3::Z, [Vec3::X, Vec3::Y])
-                .x
+            map.tilt(Vec2::new(u, 0.5), Vec3::Z, [Vec3::X, Vec3::Y]).x
         };
         assert_eq!(tilt(0), 0.0);
         let whole = tilt(100);
@@ -129,14 +146,9 @@ mod tests {
         let description = |texture, strength| NormalMapDescription {
             texture: Arc::new(texture),
             strength,
+            is_right_handed: false,
         };
         assert!(NormalMap::new(&description(constant, 1.0)).is_none());
         assert!(NormalMap::new(&map(Rgb::new(1.0, 0.5, 0.5), 0.0)).is_none());
-    }
-
-    #[test]
-    fn mapped_normal_below_the_surface_is_ignored() {
-        let texel = Rgb::new(0.9, 0.5, 0.2);
-        assert_eq!(tilted(texel, [Vec3::X, Vec3::Y]), Vec3::Z);
     }
 }

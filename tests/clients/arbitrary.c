@@ -191,6 +191,11 @@ static void an_odd_scene(EtdScene *scene, EtdStatus *status) {
         material.normal_map = below(4) ? NULL : &image;
         material.normal_strength = single();
         material.alpha = single();
+        material.bump_map = below(4) ? NULL : &image;
+        material.bump_height = single();
+        material.clear_coat = single();
+        material.clear_coat_roughness = single();
+        material.clear_coat_ior = single();
         *status = etd_scene_add_material(scene, somewhere(&material), &out);
         break;
     }

@@ -20,6 +20,11 @@ enum part {
     MASK,
     ALPHA,
     NORMALS,
+    BUMPS,
+    BUMP_HEIGHT,
+    CLEAR_COAT,
+    COAT_ROUGHNESS,
+    COAT_IOR,
     NORMAL_STRENGTH,
     GLOSS,
     GLOW,
@@ -130,11 +135,14 @@ static void add_materials(EtdScene *scene, enum part without) {
     memset(&material, 0, sizeof material);
     material.struct_size = sizeof material;
     material.name = "net";
+    material.bump_map = without == BUMPS ? NULL : &relief;
+    material.bump_height = without == BUMP_HEIGHT ? 0 : 0.5f;
     material.color[0] = 0.8f, material.color[1] = 0.7f, material.color[2] = 0.6f;
     material.alpha_texture = without == MASK ? NULL : &holes;
     DONE(scene, etd_scene_add_material(scene, &material, NULL));
 
     material.name = "veil";
+    material.bump_map = NULL;
     material.color[0] = material.color[1] = 0.3f, material.color[2] = 0.9f;
     material.alpha_texture = NULL;
     material.alpha = without == ALPHA ? 0 : 0.25f;
@@ -149,6 +157,18 @@ static void add_materials(EtdScene *scene, enum part without) {
     material.specular[0] = material.specular[1] = material.specular[2] = 0.3f;
     material.specular_texture = without == GLOSS ? NULL : &shine;
     material.exponent = 20;
+    DONE(scene, etd_scene_add_material(scene, &material, NULL));
+
+    memset(&material, 0, sizeof material);
+    material.struct_size = sizeof material;
+    material.name = "car paint";
+    material.model = ETD_MODEL_PRINCIPLED;
+    material.color[0] = 0.5f, material.color[1] = 0.125f, material.color[2] = 0.25f;
+    material.metallic = 0.5f;
+    material.roughness = 0.5f;
+    material.clear_coat = without == CLEAR_COAT ? 0 : 0.75f;
+    material.clear_coat_roughness = without == COAT_ROUGHNESS ? 0 : 0.25f;
+    material.clear_coat_ior = without == COAT_IOR ? 0 : 1.75f;
     DONE(scene, etd_scene_add_material(scene, &material, NULL));
 }
 
@@ -185,6 +205,9 @@ static void add_shapes(EtdScene *scene, enum part without) {
     surface.material = 3;
     const double center[3] = {-1.5, 0.5, 1};
     DONE(scene, etd_scene_add_sphere(scene, &surface, center, 0.5, NULL));
+    surface.material = 4;
+    const double beside[3] = {1.5, 0.5, 1};
+    DONE(scene, etd_scene_add_sphere(scene, &surface, beside, 0.5, NULL));
 
     const EtdImage shine = image_of(&glow, 8);
     surface.material = 0;
@@ -374,6 +397,12 @@ static void wrong_arguments(void) {
     material.normal_map = &image;
     material.normal_strength = INFINITY;
     FAILS(scene, etd_scene_add_material(scene, &material, NULL), invalid, "normal_map");
+    material.normal_strength = 0;
+    material.bump_map = &image;
+    FAILS(scene, etd_scene_add_material(scene, &material, NULL), invalid, "bump_map");
+    material.normal_map = NULL;
+    material.bump_height = INFINITY;
+    FAILS(scene, etd_scene_add_material(scene, &material, NULL), invalid, "bump_map");
     image.width = 0;
     FAILS(scene, etd_scene_add_material(scene, &material, NULL), argument, "0 x 1 pixels");
 

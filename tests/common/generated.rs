@@ -9,12 +9,13 @@ use super::scene::{diffuse, looking, mirrored_octahedron, panorama, rectangle, s
 use etendue::internals::bsdf::conductor;
 use etendue::internals::effects::{Effect, EffectSet};
 use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DMat3, DVec3, Vec2};
 use etendue::internals::scene::description::{
-    ColourDescription, FilmDescription, GeometryDescription, InstanceDescription, Keyframe,
-    LightDescription, LightModel, MaterialDescription, MaterialModel, NormalMapDescription, Place,
-    SceneDescription, WithLine,
+    BumpMapDescription, ClearCoatDescription, ColourDescription, FilmDescription,
+    GeometryDescription, InstanceDescription, Keyframe, LightDescription, LightModel,
+    MaterialDescription, MaterialModel, NormalMapDescription, Place, SceneDescription, WithLine,
 };
 use std::sync::Arc;
 
@@ -138,6 +139,27 @@ impl Generator {
             material.normal_map = Some(NormalMapDescription {
                 texture: Arc::new(Texture::Checker { colours, repeat }),
                 strength: 1.0,
+                is_right_handed: false,
+            });
+        }
+        let takes_coat = match material.model {
+            MaterialModel::Conductor { roughness, .. } => roughness > 0.0,
+            MaterialModel::Principled { transmission, .. } => transmission == 0.0,
+            _ => false,
+        };
+        if takes_coat && wanted.has(Effect::Glossy) && index % 2 == 1 {
+            material.clear_coat = Some(ClearCoatDescription {
+                weight: 0.75,
+                roughness: 0.3,
+                ior: 1.5,
+            });
+        }
+        if index % 3 == 2 && material.normal_map.take().is_some() {
+            let heights = [0.2, 0.7, 0.4, 0.9].map(Rgb::grey);
+            let image = Arc::new(Image::new(2, 2, heights.to_vec()));
+            material.bump_map = Some(BumpMapDescription {
+                texture: Arc::new(Texture::Image { image, scale: 1.0 }),
+                height: 0.05,
             });
         }
         material

@@ -161,6 +161,11 @@ pub const PLANTED: &[Planted] = &[
         "scattering::bsdf::bsdf_samples_pass_chi_square_tests_against_the_pdf",
     ),
     bug(
+        "coat-of-one-direction",
+        "a clear coat takes from its base what it reflects towards the viewer, whatever it takes from the incident light",
+        "scattering::bsdf::bsdfs_are_reciprocal",
+    ),
+    bug(
         "light-bound-without-size",
         "the cosine at a receiver is that of the centre of a light's bounds, and lights half below the horizon are left out",
         "lights::choice::contributing_lights_have_positive_selection_probability",
@@ -451,8 +456,8 @@ pub const PLANTED: &[Planted] = &[
         "rendering::light_paths::light_paths_agree_with_path_in_every_block_of_six_scenes",
     ),
     bug(
-        "guides-left-out-of-weight",
-        "camera paths are weighed as if light paths were not sampled towards what throws light",
+        "caustic-targets-left-out-of-weight",
+        "camera paths are weighed as if light paths were not sampled towards caustic targets",
         "rendering::light_paths::light_paths_agree_with_path_in_every_block_of_six_scenes",
     ),
     bug(

@@ -5,8 +5,8 @@ use crate::common::chi_square::ChiSquareTest;
 use crate::common::verdict::sidak;
 use etendue::internals::bsdf::conductor::{PRESETS, preset};
 use etendue::internals::bsdf::{
-    Bsdf, BsdfSampleInput, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled,
-    PrincipledParameters,
+    Bsdf, BsdfSampleInput, ClearCoat, Coated, CoatedBase, Conductor, Dielectric, Diffuse, Mirror,
+    Phong, Principled, PrincipledParameters,
 };
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::math::lanes::{LANES, load};
@@ -75,6 +75,23 @@ fn models() -> Vec<(String, Bsdf, f32)> {
                 principled(colour, metallic, roughness, transmission),
                 1.5,
             ));
+        }
+    }
+    for of_coat in [0.0, 0.2, 0.7] {
+        let coat = ClearCoat::new(0.8, of_coat, 1.5);
+        for roughness in [0.0, 0.05, 0.6] {
+            let gold = CoatedBase::Conductor(Conductor::new(eta, k, roughness));
+            let paint = CoatedBase::Principled(Principled::new(&PrincipledParameters {
+                base_color: colour,
+                metallic: 0.5,
+                roughness,
+                ior: 1.5,
+                transmission: 0.0,
+            }));
+            for (name, base) in [("gold", gold), ("paint", paint)] {
+                let bsdf = Bsdf::Coated(Coated::new(base, coat));
+                models.push((format!("coated {name} {roughness} {of_coat}"), bsdf, 1.0));
+            }
         }
     }
     models

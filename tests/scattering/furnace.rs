@@ -7,7 +7,8 @@ use crate::common::verdict::assert_mean;
 use etendue::internals::bsdf::albedo::single_scatter;
 use etendue::internals::bsdf::microfacet::Ggx;
 use etendue::internals::bsdf::{
-    Bsdf, Conductor, Dielectric, Diffuse, Lobe, Mirror, Phong, Principled, PrincipledParameters,
+    Bsdf, ClearCoat, Coated, CoatedBase, Conductor, Dielectric, Diffuse, Lobe, Mirror, Phong,
+    Principled, PrincipledParameters,
 };
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::math::rgb::Rgb;
@@ -309,21 +310,49 @@ fn white_principled_is_lossless_if_opaque_and_gains_no_energy() {
     println!("principled white: worst furnace error {worst:.1e}");
 }
 
+/// A white mirror under a smooth coat reflects everything: the coat takes from its base what it reflects. No coated surface
+/// reflects more, and of a rough one the loss is bounded by the albedo of the coat.
+#[test]
+fn white_metal_under_a_clear_coat_gains_no_energy() {
+    for roughness in [0.0, 0.1, 0.5] {
+        for ior in [1.0, 1.5, 2.4] {
+            let coat = ClearCoat::new(1.0, roughness, ior);
+            for base in [0.0, 0.1, 0.5] {
+                let Bsdf::Conductor(metal) = white_metal(base) else {
+                    unreachable!("it is metal");
+                };
+                let bsdf = Bsdf::Coated(Coated::new(CoatedBase::Conductor(metal), coat));
+                for cos in [1.0, 0.5, 0.1, 1e-2] {
+                    let moments = precise_albedo(&bsdf, view(cos));
+                    let standard_error = moments.standard_error().expect("16 replicates");
+                    let what = format!("{roughness} {ior} {base} {cos} {moments:?}");
+                    let bound = 2.5e-3 + 5.2 * standard_error;
+                    assert!(moments.mean() <= 1.0 + bound, "{what}");
+                    if roughness == 0.0 && base == 0.0 {
+                        assert!(moments.mean() >= 1.0 - bound, "{what}");
+                    }
+                    if cos == 1.0 {
+                        assert!(moments.mean() >= 0.8, "{what}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// Hard case 8: the base receives all light that the coat transmits, at any index.
 #[test]
 fn white_plastic_has_unit_albedo() {
     let mut worst = 0.0_f64;
     for ior in [1.0, 1.0001, 1.3, 2.4] {
         for roughness in [0.0, 0.1, 0.5, 1.0] {
-            let plastic = Material::new(&MaterialDescription::new(
-                "plastic",
-                Place::default(),
-                MaterialModel::Plastic {
-                    reflectance: ColourDescription::Constant(Rgb::WHITE),
-                    ior,
-                    roughness,
-                },
-            ));
+            let model = MaterialModel::Plastic {
+                reflectance: ColourDescription::Constant(Rgb::WHITE),
+                ior,
+                roughness,
+            };
+            let description = MaterialDescription::new("plastic", Place::default(), model);
+            let plastic = Material::new(&description, 1.0);
             let bsdf = plastic.bsdf::<Everything>(Vec2::ZERO);
             for cos in [1.0, 0.5, 0.1, 1e-3] {
                 let moments = precise_albedo(&bsdf, view(cos));

@@ -1,4 +1,4 @@
-//! Materials in whole renders: alpha, normal maps, and one-sided surfaces.
+//! Materials in whole renders: alpha, normal and bump maps, and one-sided surfaces.
 
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::nightly::backends;
@@ -8,15 +8,17 @@ use etendue::internals::accel::Backend;
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::effects::{Effect, EffectSet};
 use etendue::internals::geometry::texture::Texture;
+use etendue::internals::image::Image;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::ray::Ray;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DVec2, DVec3, ONE_MINUS_EPSILON, Vec2, Vec3};
 use etendue::internals::scene::description::{
-    ColourDescription, GeometryDescription, MaterialDescription, MaterialModel, MeshDescription,
-    NormalMapDescription, Place, SceneDescription, ShapeDescription,
+    BumpMapDescription, ColourDescription, GeometryDescription, MaterialDescription, MaterialModel,
+    MeshDescription, NormalMapDescription, Place, SceneDescription, ShapeDescription,
 };
 use etendue::internals::scene::material::Material;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 const ALBEDO: f32 = 0.5;
@@ -258,7 +260,7 @@ fn largest_random_number_does_not_pass_opaque_surfaces() {
 /// Alpha that is 1 everywhere and a normal map without tilt require no effects of a kernel.
 #[test]
 fn no_op_material_features_require_no_effects() {
-    let all_there = |alpha| Material::new(&partly_there(alpha)).effects();
+    let all_there = |alpha| Material::new(&partly_there(alpha), 1.0).effects();
     for alpha in [
         grey(1.0),
         ColourDescription::Texture(checker([1.0; 2], Vec2::ONE)),
@@ -273,12 +275,12 @@ fn no_op_material_features_require_no_effects() {
         normal_map: Some(tilted(Vec3::Z, 1.0)),
         ..partly_there(grey(1.0))
     };
-    assert_eq!(Material::new(&level).effects(), EffectSet::NONE);
+    assert_eq!(Material::new(&level, 1.0).effects(), EffectSet::NONE);
     let one_sided = MaterialDescription {
         two_sided: false,
         ..partly_there(grey(1.0))
     };
-    let effects = Material::new(&one_sided).effects();
+    let effects = Material::new(&one_sided, 1.0).effects();
     assert_eq!(effects, EffectSet::NONE.with(Effect::OneSided));
 }
 
@@ -296,7 +298,7 @@ fn glass_of_mapped_roughness_may_be_specular() {
         },
         ..partly_there(grey(1.0))
     };
-    let effects = Material::new(&map([0.0, 0.5])).effects();
+    let effects = Material::new(&map([0.0, 0.5]), 1.0).effects();
     assert!(effects.has(Effect::Specular) && effects.has(Effect::Glossy));
 }
 
@@ -315,7 +317,7 @@ fn coats_of_huge_index_give_finite_values() {
                 },
                 ..partly_there(grey(1.0))
             };
-            let material = Material::new(&material);
+            let material = Material::new(&material, 1.0);
             let [wo, wi] = [Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.6, 0.8)];
             let value = material
                 .bsdf::<Everything>(Vec2::ZERO)
@@ -375,6 +377,7 @@ fn tilted(n: Vec3, strength: f32) -> NormalMapDescription {
     NormalMapDescription {
         texture: Arc::new(Texture::Checker { colours, repeat }),
         strength,
+        is_right_handed: false,
     }
 }
 
@@ -451,6 +454,67 @@ fn normal_map_shading_matches_closed_forms() {
             let seen = see(&scene, backend, 1 << 11, Some(1), Roulette::None);
             let name = format!("{name}, {}", backend.name());
             assert_mean(&name, &seen, exact, 1e-3);
+        }
+    }
+}
+
+/// As above for a bump map: heights that rise by 1 along u over half of the image, on surfaces of different size. The slope
+/// at the middle is the height over the distance along the surface, whatever the unit of length.
+#[test]
+fn bump_map_shading_matches_closed_forms() {
+    const HEIGHT: f32 = 0.4;
+    let values = [0.0, 0.25, 0.75, 1.0].map(Rgb::grey);
+    let image = Arc::new(Image::new(4, 1, values.to_vec()));
+    let heights = Arc::new(Texture::Image { image, scale: 1.0 });
+    let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+    for unit in [1.0, 1e-3] {
+        // Between the two texels in the middle, the value rises by 0.5 over a quarter of the range of u.
+        let rise = 2.0 * f64::from(HEIGHT);
+        let at = |v: [f64; 3]| v.map(|x| unit * x);
+        let flat = rectangle(
+            at([-3.0, -3.0, 0.0]),
+            at([6.0, 0.0, 0.0]),
+            at([0.0, 6.0, 0.0]),
+        );
+        let turned = rectangle(
+            at([3.0, -3.0, 0.0]),
+            at([0.0, 6.0, 0.0]),
+            at([-6.0, 0.0, 0.0]),
+        );
+        let disk = GeometryDescription::Disk {
+            center: DVec3::ZERO,
+            normal: z,
+            radius: 3.0 * unit,
+        };
+        // Its point nearest to the camera has u = 1/4, which is along -x, and where the value rises from its least.
+        let sphere = GeometryDescription::Sphere {
+            center: -unit * z,
+            radius: unit,
+        };
+        let cases = [
+            ("rectangle", flat, z - rise / 6.0 * x),
+            ("turned", turned, z - rise / 6.0 * y),
+            ("disk", disk, z - rise / 6.0 * x),
+            ("sphere", sphere, z + rise / (2.0 * TAU) * x),
+        ];
+        let to_lamp = DVec3::new(0.5, 0.3, 0.8).normalize();
+        let (distance, radius) = (10.0 * unit, unit);
+        for (name, form, normal) in cases {
+            let mut scene = looking(unit * 5.0 * z, DVec3::ZERO, diffuse(ALBEDO));
+            scene.materials[0].bump_map = Some(BumpMapDescription {
+                texture: Arc::clone(&heights),
+                height: HEIGHT * unit as f32,
+            });
+            let center = distance * to_lamp;
+            let lamp = GeometryDescription::Sphere { center, radius };
+            scene.shapes = vec![surface(form, 0.0), surface(lamp, 1.0)];
+            let cos = normal.normalize().dot(to_lamp);
+            let exact = f64::from(ALBEDO) * (radius / distance).powi(2) * cos;
+            for &backend in Backend::ALL {
+                let seen = see(&scene, backend, 1 << 11, Some(1), Roulette::None);
+                let name = format!("{name} of unit {unit}, {}", backend.name());
+                assert_mean(&name, &seen, exact, 1e-3);
+            }
         }
     }
 }

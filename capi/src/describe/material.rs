@@ -9,7 +9,10 @@ use super::{choice, or_default};
 use crate::memory::{Versioned, text};
 use crate::status::Failure;
 use renderer::Rgb;
-use renderer::description::{MaterialDescription, MaterialModel, NormalMapDescription, Place};
+use renderer::description::{
+    BumpMapDescription, ClearCoatDescription, MaterialDescription, MaterialModel,
+    NormalMapDescription, Place,
+};
 use std::ffi::c_char;
 use std::mem::offset_of;
 
@@ -79,6 +82,18 @@ pub struct EtdMaterial {
     pub normal_strength: f32,
     /// Coverage of the surface (opacity), up to 1; light passes straight through the rest. 0 stands for 1.
     pub alpha: f32,
+    /// A bump map, indexed by the texture coordinates of the shape: the luminance of each pixel, from 0 to 1 or beyond, is a
+    /// height; null for none, as beside `normal_map`.
+    pub bump_map: *const EtdImage,
+    /// The height of a value of 1, in world units; below 0, bumps become dents.
+    pub bump_height: f32,
+    /// The fraction of the surface under a clear coat, from 0 (none) to 1, of a conductor or of a principled material
+    /// without transmission.
+    pub clear_coat: f32,
+    /// Roughness of the clear coat, from 0 (smooth) to 1.
+    pub clear_coat_roughness: f32,
+    /// Refractive index of the clear coat, at least 1; 0 stands for 1.5.
+    pub clear_coat_ior: f32,
 }
 
 // SAFETY: numbers and pointers, of which zeros are values.
@@ -101,12 +116,29 @@ impl EtdMaterial {
                 // SAFETY: the caller's promise.
                 texture: unsafe { texture(self.normal_map) }?,
                 strength: or_default(self.normal_strength, 1.0),
+                is_right_handed: false,
             })
         };
+        let bump_map = if self.bump_map.is_null() {
+            None
+        } else {
+            Some(BumpMapDescription {
+                // SAFETY: the caller's promise.
+                texture: unsafe { texture(self.bump_map) }?,
+                height: self.bump_height,
+            })
+        };
+        let clear_coat = (self.clear_coat != 0.0).then(|| ClearCoatDescription {
+            weight: self.clear_coat,
+            roughness: self.clear_coat_roughness,
+            ior: or_default(self.clear_coat_ior, 1.5),
+        });
         Ok(MaterialDescription {
+            clear_coat,
             // SAFETY: as above.
             alpha: unsafe { texture_or(self.alpha_texture, alpha) }?,
             normal_map,
+            bump_map,
             two_sided: self.one_sided == 0,
             // SAFETY: as above.
             ..MaterialDescription::new(name, Place::default(), unsafe { self.model() }?)

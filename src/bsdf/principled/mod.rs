@@ -131,6 +131,12 @@ impl Principled {
         self.glass.ior()
     }
 
+    /// An estimate of the albedo of the opaque lobes by the brightest channel.
+    #[inline]
+    pub(super) fn brightness(&self) -> f32 {
+        (self.opaque.f0 + self.opaque.base).max_channel().min(1.0)
+    }
+
     /// The place in the table of albedos, if the surface is rough and opaque, so that its BSDF can be evaluated in lanes.
     #[inline]
     pub fn place_in_lanes(&self) -> Option<RowPlace> {
@@ -166,17 +172,12 @@ impl Principled {
 
     /// Samples a lobe by its share of the albedo, then a direction; `choice` is [`Principled::choice`] of `wo`.
     #[inline]
-    pub fn sample(
-        &self,
-        wo: Vec3,
-        choice: &Choice,
-        numbers: &BsdfSampleInput,
-    ) -> Option<BsdfSample> {
+    pub fn sample(&self, wo: Vec3, choice: &Choice, input: &BsdfSampleInput) -> Option<BsdfSample> {
         let BsdfSampleInput {
             lobe: u_lobe,
             u,
             cosine_direction,
-        } = *numbers;
+        } = *input;
         if wo.z == 0.0 {
             return None;
         }

@@ -6,7 +6,6 @@
 
 use super::values::{colour, not_negative, positive, require};
 use crate::error::Result;
-use crate::math::rgb::Rgb;
 use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel};
 use std::sync::Arc;
 
@@ -20,6 +19,7 @@ pub fn material(material: &MaterialDescription) -> Result<()> {
     };
     maps(fields, material)?;
     model(fields, &material.model)?;
+    clear_coat(fields, material)?;
     require(
         material.two_sided || !material.transmits(),
         || fields.named("two_sided"),
@@ -45,7 +45,33 @@ fn maps(fields: Fields<'_>, material: &MaterialDescription) -> Result<()> {
             expected,
         )?;
     }
+    if let Some(map) = &material.bump_map {
+        let named = || fields.named("bump_map");
+        require(map.height.is_finite(), named, "expected a finite height")?;
+        let is_alone = material.normal_map.is_none();
+        require(is_alone, named, "expected either normal_map or bump_map")?;
+    }
     Ok(())
+}
+
+/// Checks a clear coat, of which light has to come back.
+fn clear_coat(fields: Fields<'_>, material: &MaterialDescription) -> Result<()> {
+    let Some(coat) = &material.clear_coat else {
+        return Ok(());
+    };
+    let has_base = match material.model {
+        MaterialModel::Conductor { .. } => true,
+        MaterialModel::Principled { transmission, .. } => transmission == 0.0,
+        _ => false,
+    };
+    let named = |key: &str| fields.named(&format!("clear_coat{key}"));
+    let expected = "expected a conductor, or a principled material without transmission";
+    require(has_base, || named(""), expected)?;
+    fields.share("clear_coat.weight", coat.weight)?;
+    fields.share("clear_coat.roughness", coat.roughness)?;
+    let is_index = coat.ior >= 1.0 && coat.ior.is_finite();
+    let expected = "expected a finite number of at least 1";
+    require(is_index, || named(".ior"), expected)
 }
 
 /// Checks the parameters of a model.
@@ -117,7 +143,7 @@ fn phong(
 ) -> Result<()> {
     fields.reflectance("diffuse", diffuse)?;
     fields.reflectance("specular", specular)?;
-    let sum = brightest(diffuse) + brightest(specular);
+    let sum = diffuse.brightest() + specular.brightest();
     require(
         sum.max_channel() <= 1.0,
         || fields.named("specular"),
@@ -170,13 +196,5 @@ impl Fields<'_> {
         let is_index = ior > 0.0 && ior.is_finite();
         let expected = "expected a finite number above 0";
         require(is_index, || self.named("ior"), expected)
-    }
-}
-
-/// Returns the largest value in each channel.
-fn brightest(colour: &ColourDescription) -> Rgb {
-    match colour {
-        ColourDescription::Constant(colour) => *colour,
-        ColourDescription::Texture(texture) => texture.brightest(),
     }
 }

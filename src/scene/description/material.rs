@@ -27,11 +27,26 @@ pub struct MaterialDescription {
     pub alpha_cutoff: Option<f32>,
     /// The normal map that tilts the shading normal.
     pub normal_map: Option<NormalMapDescription>,
+    /// The bump map that tilts the shading normal, of a material without a normal map.
+    pub bump_map: Option<BumpMapDescription>,
     /// Factors of the principled model's `roughness` (green) and `metallic` (blue), which vary over the surface. Other
     /// models ignore it.
     pub metallic_roughness_map: Option<Arc<Texture>>,
+    /// The clear coat of a conductor or of an opaque principled surface.
+    pub clear_coat: Option<ClearCoatDescription>,
     /// Whether both sides scatter; otherwise the back absorbs everything. True for transmissive materials.
     pub two_sided: bool,
+}
+
+/// A clear coat: a layer of a dielectric over the surface.
+#[derive(Debug, Clone, Copy, Serialize, PartialEq)]
+pub struct ClearCoatDescription {
+    /// The fraction of the surface that is coated, from 0 to 1.
+    pub weight: f32,
+    /// Roughness of the coat; 0 is smooth.
+    pub roughness: f32,
+    /// Refractive index of the coat, at least 1.
+    pub ior: f32,
 }
 
 /// A tangent-space normal map.
@@ -41,10 +56,21 @@ pub struct NormalMapDescription {
     pub texture: Arc<Texture>,
     /// Factor for x and y, at least 0.
     pub strength: f32,
+    /// Whether y is always to the left of x, seen from outside, as in Mitsuba, and not along v.
+    pub is_right_handed: bool,
+}
+
+/// A bump map: heights of the surface that only shading sees.
+#[derive(Debug, Clone, Serialize, PartialEq)]
+pub struct BumpMapDescription {
+    /// The heights, of which the luminance is used.
+    pub texture: Arc<Texture>,
+    /// The height of a value of 1 along the shading normal, in world units.
+    pub height: f32,
 }
 
 impl MaterialDescription {
-    /// Returns a material of this model: opaque, without a normal map, and two-sided.
+    /// Returns a material of this model: opaque, without a map of normals or heights, and two-sided.
     pub fn new(name: impl Into<String>, place: Place, model: MaterialModel) -> Self {
         Self {
             name: name.into(),
@@ -53,7 +79,9 @@ impl MaterialDescription {
             alpha: ColourDescription::Constant(Rgb::WHITE),
             alpha_cutoff: None,
             normal_map: None,
+            bump_map: None,
             metallic_roughness_map: None,
+            clear_coat: None,
             two_sided: true,
         }
     }

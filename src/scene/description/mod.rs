@@ -16,10 +16,13 @@ use crate::math::rgb::Rgb;
 use crate::math::transform::look_at;
 use crate::math::vec::{DAffine3, DVec2, DVec3};
 pub use light::{LightDescription, LightModel};
-pub use material::{MaterialDescription, MaterialModel, NormalMapDescription};
+pub use material::{
+    BumpMapDescription, ClearCoatDescription, MaterialDescription, MaterialModel,
+    NormalMapDescription,
+};
 pub use note::{Note, NoteKind};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A whole scene.
@@ -87,6 +90,22 @@ pub struct Place {
 }
 
 impl Place {
+    /// The place of what concerns a whole file.
+    pub(crate) fn of_file(file: &Path) -> Self {
+        Self {
+            file: file.to_path_buf(),
+            line: None,
+        }
+    }
+
+    /// A line of a file, counted from 1.
+    pub(crate) fn on_line(file: &Path, line: usize) -> Self {
+        Self {
+            file: file.to_path_buf(),
+            line: Some(line),
+        }
+    }
+
     /// Returns an error about what was written at this place.
     pub fn error(&self, message: impl Into<String>) -> Error {
         let mut error = Error::scene(message);
@@ -235,6 +254,14 @@ impl ColourDescription {
         match self {
             Self::Constant(colour) => Some(*colour),
             Self::Texture(texture) => texture.constant(),
+        }
+    }
+
+    /// Returns the largest value in each channel.
+    pub(crate) fn brightest(&self) -> Rgb {
+        match self {
+            Self::Constant(colour) => *colour,
+            Self::Texture(texture) => texture.brightest(),
         }
     }
 

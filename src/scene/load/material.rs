@@ -4,15 +4,16 @@
 //! Range: as docs/scene-format.md says for each key.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
-use super::colour::{Bound, Textures, colour, constant, mask, most, texture};
+use super::colour::{Bound, Textures, colour, constant, mask, texture};
 use super::reader::{Table, Value};
 use crate::bsdf::conductor;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
 use crate::image::ColourSpace;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
-    ColourDescription, MaterialDescription, MaterialModel, NormalMapDescription, Place,
+    BumpMapDescription, ClearCoatDescription, ColourDescription, MaterialDescription,
+    MaterialModel, NormalMapDescription, Place,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -56,10 +57,7 @@ pub fn material(
     let table = value.table()?;
     let name = table.required("name")?.text()?.to_owned();
     let folder = file.parent().unwrap_or(Path::new(""));
-    let place = Place {
-        file: file.to_path_buf(),
-        line: Some(value.line()),
-    };
+    let place = Place::on_line(file, value.line());
     let model = model(&table, folder, textures)?;
     let mut material = MaterialDescription::new(name, place, model);
     if let Some(alpha) = table.optional("alpha") {
@@ -73,12 +71,19 @@ pub fn material(
         if !matches!(material.model, MaterialModel::Principled { .. }) {
             return Err(map.error("only materials of the type principled have this key"));
         }
-        material.metallic_roughness_map =
-            Some(data_map(&map, Bound::Reflectance, folder, textures)?.0);
+        material.metallic_roughness_map = Some(data_map(&map, folder, textures)?);
+    }
+    if let Some(coat) = table.optional("clear_coat") {
+        material.clear_coat = Some(clear_coat(&coat, &material.model)?);
     }
     if let Some(map) = table.optional("normal_map") {
-        let (texture, strength) = data_map(&map, Bound::NonNegative, folder, textures)?;
-        material.normal_map = Some(NormalMapDescription { texture, strength });
+        material.normal_map = Some(normal_map(&map, folder, textures)?);
+    }
+    if let Some(map) = table.optional("bump_map") {
+        if material.normal_map.is_some() {
+            return Err(map.error("expected either normal_map or bump_map, not both"));
+        }
+        material.bump_map = Some(bump_map(&map, folder, textures)?);
     }
     if let Some(two_sided) = table.optional("two_sided") {
         material.two_sided = two_sided.truth()?;
@@ -96,7 +101,6 @@ fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<Ma
         Some(value) => colour(&value, Bound::Reflectance, folder, textures),
         None => Ok(ColourDescription::Constant(Rgb::grey(default))),
     };
-    let ior_of_coat = || number(table, "ior", 1.5, "a number of at least 1", |x| x >= 1.0);
     Ok(match table.required("type")?.one_of(TYPES)? {
         Type::Diffuse => MaterialModel::Diffuse {
             reflectance: reflectance("reflectance", 0.5)?,
@@ -138,14 +142,14 @@ fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<Ma
         }
         Type::Plastic => MaterialModel::Plastic {
             reflectance: reflectance("reflectance", 0.5)?,
-            ior: ior_of_coat()?,
+            ior: index_of_coat(table)?,
             roughness: share(table, "roughness", 0.0)?,
         },
         Type::Principled => MaterialModel::Principled {
             base_color: reflectance("base_color", 0.8)?,
             metallic: share(table, "metallic", 0.0)?,
             roughness: share(table, "roughness", 0.5)?,
-            ior: ior_of_coat()?,
+            ior: index_of_coat(table)?,
             transmission: share(table, "transmission", 0.0)?,
         },
     })
@@ -157,7 +161,7 @@ fn check_sum(
     diffuse: &ColourDescription,
     specular: &ColourDescription,
 ) -> Result<()> {
-    let (diffuse, specular) = (most(diffuse), most(specular));
+    let (diffuse, specular) = (diffuse.brightest(), specular.brightest());
     if (diffuse + specular).max_channel() <= 1.0 {
         return Ok(());
     }
@@ -178,34 +182,107 @@ fn channels(colour: Rgb) -> String {
     format!("[{r}, {g}, {b}]")
 }
 
-/// Reads a map of data: a file, or a table of a texture. Its values are linear unless specified. A map of normals, which
-/// is no reflectance, may have a strength.
-fn data_map(
-    value: &Value<'_>,
-    bound: Bound,
-    folder: &Path,
-    textures: &mut Textures,
-) -> Result<(Arc<Texture>, f32)> {
+/// Reads a map of factors: a file, or a table of a texture. Its values are linear unless specified.
+fn data_map(value: &Value<'_>, folder: &Path, textures: &mut Textures) -> Result<Arc<Texture>> {
     if value.is_text() {
         let path = folder.join(value.text()?);
-        let texture = match bound {
-            Bound::Reflectance => textures.read_reflectance(&path, ColourSpace::Linear, 1.0),
-            Bound::NonNegative => textures.read(&path, ColourSpace::Linear, 1.0),
-        };
-        let texture =
-            texture.map_err(|error| value.error(error.to_string()).of_kind(error.kind()))?;
-        return Ok((Arc::new(texture), 1.0));
+        let texture = textures.read_reflectance(&path, ColourSpace::Linear, 1.0);
+        return texture
+            .map(Arc::new)
+            .map_err(|error| of_file(value, &error));
+    }
+    let table = table_of_map(value)?;
+    let (bound, space) = (Bound::Reflectance, ColourSpace::Linear);
+    let texture = Arc::new(texture(value, &table, bound, space, folder, textures)?);
+    table.finish()?;
+    Ok(texture)
+}
+
+/// Reads a map of normals: a file, or a table of a texture and how it is applied.
+fn normal_map(
+    value: &Value<'_>,
+    folder: &Path,
+    textures: &mut Textures,
+) -> Result<NormalMapDescription> {
+    if value.is_text() {
+        let path = folder.join(value.text()?);
+        let texture = textures.read(&path, ColourSpace::Linear, 1.0);
+        return Ok(NormalMapDescription {
+            texture: Arc::new(texture.map_err(|error| of_file(value, &error))?),
+            strength: 1.0,
+            is_right_handed: false,
+        });
+    }
+    let table = table_of_map(value)?;
+    let strength = number(&table, "strength", 1.0, "a finite number", f32::is_finite)?;
+    let is_right_handed = table.optional("right_handed");
+    let is_right_handed = is_right_handed.map_or(Ok(false), |value| value.truth())?;
+    let (bound, space) = (Bound::NonNegative, ColourSpace::Linear);
+    let texture = Arc::new(texture(value, &table, bound, space, folder, textures)?);
+    table.finish()?;
+    Ok(NormalMapDescription {
+        texture,
+        strength,
+        is_right_handed,
+    })
+}
+
+fn table_of_map<'a>(value: &Value<'a>) -> Result<Table<'a>> {
+    value
+        .table()
+        .map_err(|_| value.expected("a file in quotes, or a table of a texture"))
+}
+
+/// The error of a file that a value names.
+fn of_file(value: &Value<'_>, error: &Error) -> Error {
+    value.error(error.to_string()).of_kind(error.kind())
+}
+
+/// Reads a clear coat over a surface of this model.
+fn clear_coat(value: &Value<'_>, model: &MaterialModel) -> Result<ClearCoatDescription> {
+    match model {
+        MaterialModel::Conductor { .. } => {}
+        MaterialModel::Principled { transmission, .. } if *transmission == 0.0 => {}
+        _ => {
+            return Err(value.error(
+                "only conductors, and principled materials without transmission, have a clear coat",
+            ));
+        }
     }
     let table = value
         .table()
-        .map_err(|_| value.expected("a file in quotes, or a table of a texture"))?;
-    let strength = match bound {
-        Bound::Reflectance => 1.0,
-        Bound::NonNegative => number(&table, "strength", 1.0, "a finite number", f32::is_finite)?,
+        .map_err(|_| value.expected("a table of `weight`, `roughness` and `ior`"))?;
+    let coat = ClearCoatDescription {
+        weight: share(&table, "weight", 1.0)?,
+        roughness: share(&table, "roughness", 0.0)?,
+        ior: index_of_coat(&table)?,
     };
-    let texture = texture(value, &table, bound, ColourSpace::Linear, folder, textures)?;
     table.finish()?;
-    Ok((Arc::new(texture), strength))
+    Ok(coat)
+}
+
+fn index_of_coat(table: &Table<'_>) -> Result<f32> {
+    number(table, "ior", 1.5, "a number of at least 1", |x| x >= 1.0)
+}
+
+/// Reads a table of heights: a texture, whose values are linear unless specified, and the height of a value of 1.
+fn bump_map(
+    value: &Value<'_>,
+    folder: &Path,
+    textures: &mut Textures,
+) -> Result<BumpMapDescription> {
+    let table = value
+        .table()
+        .map_err(|_| value.expected("a table of a texture and its `height`"))?;
+    let height = table.required("height")?;
+    let height = height.single_where("a finite number", f32::is_finite)?;
+    let space = ColourSpace::Linear;
+    let texture = texture(value, &table, Bound::NonNegative, space, folder, textures)?;
+    table.finish()?;
+    Ok(BumpMapDescription {
+        texture: Arc::new(texture),
+        height,
+    })
 }
 
 /// Reads the complex refractive index of a metal: a preset, or `eta` and `k`.

@@ -8,8 +8,8 @@ mod colour;
 mod textured_bsdf;
 
 use super::description::MaterialDescription;
-use super::normal_map::NormalMap;
 use super::shape_traits::ShapeTraits;
+use super::surface_detail::SurfaceDetail;
 use crate::bsdf::Bsdf;
 use crate::bsdf::albedo::RowPlace;
 use crate::bsdf::principled::lanes::RoughBsdf;
@@ -31,24 +31,25 @@ pub struct Material {
     alpha: Option<Colour>,
     /// The alpha from which the surface is present, if it is not present in part.
     alpha_cutoff: Option<f32>,
-    normal_map: Option<NormalMap>,
+    detail: Option<SurfaceDetail>,
 }
 
 impl Material {
-    /// Returns the material of a description.
-    pub fn new(description: &MaterialDescription) -> Self {
+    /// Returns the material of a description, whose lengths are multiplied by `unit`.
+    pub fn new(description: &MaterialDescription, unit: f32) -> Self {
         let alpha = Colour::new(&description.alpha);
         let present_from = description.alpha_cutoff.unwrap_or(1.0);
         let all_there =
             matches!(&alpha, Colour::Constant(alpha) if alpha.luminance() >= present_from);
         let bsdf = TexturedBsdf::new(&description.model).mapped(description);
+        let bsdf = bsdf.coated(description.clear_coat.as_ref());
         Self {
             transmits: bsdf.effects().has(Effect::Transmission),
             bsdf: bsdf.folded(),
             one_sided: !description.two_sided,
             alpha: (!all_there).then_some(alpha),
             alpha_cutoff: description.alpha_cutoff,
-            normal_map: description.normal_map.as_ref().and_then(NormalMap::new),
+            detail: SurfaceDetail::new(description, unit),
         }
     }
 
@@ -99,16 +100,7 @@ impl Material {
     /// Whether all lobes of the BSDF are deltas, see [`Bsdf::is_delta`]. Textures do not change it.
     #[inline]
     pub fn is_delta<E: Effects>(&self) -> bool {
-        E::Specular::ON
-            && match &self.bsdf {
-                TexturedBsdf::Uniform(bsdf) => bsdf.is_delta::<E>(),
-                TexturedBsdf::Diffuse(_)
-                | TexturedBsdf::Phong { .. }
-                | TexturedBsdf::PrincipledMapped(..) => false,
-                TexturedBsdf::Mirror(_) => true,
-                TexturedBsdf::Dielectric(model, _) => model.is_delta(),
-                TexturedBsdf::Principled(model, _) => model.is_delta(),
-            }
+        self.bsdf.is_delta::<E>()
     }
 
     /// Whether the material has an opacity below 1 anywhere.
@@ -124,8 +116,8 @@ impl Material {
             .with_if(Effect::Textures, self.is_textured())
             .with_if(Effect::OneSided, self.one_sided)
             .with_if(Effect::Alpha, self.alpha.is_some())
-            .with_if(Effect::NormalMaps, self.normal_map.is_some())
-            .with_if(Effect::ShadingNormals, self.normal_map.is_some())
+            .with_if(Effect::NormalMaps, self.detail.is_some())
+            .with_if(Effect::ShadingNormals, self.detail.is_some())
     }
 
     /// The traits of a shape with this material that follow from it.
@@ -135,13 +127,13 @@ impl Material {
             .with_if(ShapeTraits::TRANSMITS, self.transmits)
             .with_if(ShapeTraits::IS_TEXTURED, self.is_textured())
             .with_if(ShapeTraits::HAS_ALPHA, self.alpha.is_some())
-            .with_if(ShapeTraits::HAS_NORMAL_MAP, self.normal_map.is_some())
+            .with_if(ShapeTraits::HAS_NORMAL_MAP, self.detail.is_some())
     }
 
     /// Whether the material needs texture coordinates.
     pub fn is_textured(&self) -> bool {
         let alpha_varies = self.alpha.as_ref().is_some_and(Colour::is_textured);
-        self.bsdf.is_textured() || alpha_varies || self.normal_map.is_some()
+        self.bsdf.is_textured() || alpha_varies || self.detail.is_some()
     }
 
     /// Returns the BSDF at a texture coordinate.
@@ -185,9 +177,9 @@ impl Material {
         self.alpha.is_some()
     }
 
-    /// Returns the normal map, if any.
+    /// Returns the map that tilts shading normals, if any.
     #[inline]
-    pub fn normal_map(&self) -> Option<&NormalMap> {
-        self.normal_map.as_ref()
+    pub fn detail(&self) -> Option<&SurfaceDetail> {
+        self.detail.as_ref()
     }
 }

@@ -4,11 +4,15 @@
 //! Range: materials that `load` accepts.
 //! Source: none needed. Tested in `tests/scattering/materials.rs`.
 
-use super::super::description::{ColourDescription, MaterialDescription, MaterialModel};
+use super::super::description::{
+    ClearCoatDescription, ColourDescription, MaterialDescription, MaterialModel,
+};
 use super::colour::Colour;
 use crate::bsdf::principled::PrincipledParameters;
-use crate::bsdf::{Bsdf, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled};
-use crate::effects::EffectSet;
+use crate::bsdf::{
+    Bsdf, ClearCoat, Coated, CoatedBase, Conductor, Dielectric, Diffuse, Mirror, Phong, Principled,
+};
+use crate::effects::{EffectSet, Effects, Switch};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use std::sync::Arc;
@@ -35,6 +39,8 @@ pub(super) enum TexturedBsdf {
     /// The parameters without the base colour, the base colour, and the factors of roughness (green) and metallic
     /// (blue).
     PrincipledMapped(PrincipledParameters, Colour, Colour),
+    /// A base, which is metal or principled, under its coat.
+    Coated(Box<Self>, ClearCoat),
 }
 
 impl TexturedBsdf {
@@ -142,6 +148,20 @@ impl TexturedBsdf {
         Self::principled(base_color, metallic, roughness, *ior, *transmission)
     }
 
+    /// Adds a clear coat, if the description has one that covers anything.
+    pub(super) fn coated(self, coat: Option<&ClearCoatDescription>) -> Self {
+        match coat {
+            Some(&ClearCoatDescription {
+                weight,
+                roughness,
+                ior,
+            }) if weight > 0.0 => {
+                Self::Coated(Box::new(self), ClearCoat::new(weight, roughness, ior))
+            }
+            _ => self,
+        }
+    }
+
     /// Precomputes the BSDF if it does not vary.
     pub(super) fn folded(self) -> Self {
         if self.is_textured() {
@@ -160,6 +180,7 @@ impl TexturedBsdf {
                     |roughness| Principled::new(&mapped_parameters(parameters, roughness, 0.0));
                 at(0.0).effects() | at(1.0).effects()
             }
+            Self::Coated(base, coat) => base.effects() | coat.effects(),
             _ => self.bsdf(Vec2::ZERO).effects(),
         }
     }
@@ -176,7 +197,22 @@ impl TexturedBsdf {
             Self::Phong {
                 diffuse, specular, ..
             } => [Some(diffuse), Some(specular)],
+            Self::Coated(base, _) => base.colours_mut(),
         }
+    }
+
+    /// Whether all lobes are deltas, see [`Bsdf::is_delta`]. Textures do not change it.
+    #[inline]
+    pub(super) fn is_delta<E: Effects>(&self) -> bool {
+        E::Specular::ON
+            && match self {
+                Self::Uniform(bsdf) => bsdf.is_delta::<E>(),
+                Self::Diffuse(_) | Self::Phong { .. } | Self::PrincipledMapped(..) => false,
+                Self::Mirror(_) => true,
+                Self::Dielectric(model, _) => model.is_delta(),
+                Self::Principled(model, _) => model.is_delta(),
+                Self::Coated(base, coat) => coat.is_delta() && base.is_delta::<E>(),
+            }
     }
 
     /// Whether any parameter may vary.
@@ -191,6 +227,7 @@ impl TexturedBsdf {
             Self::Phong {
                 diffuse, specular, ..
             } => diffuse.is_textured() || specular.is_textured(),
+            Self::Coated(base, _) => base.is_textured(),
         }
     }
 
@@ -213,8 +250,18 @@ impl TexturedBsdf {
             Self::PrincipledMapped(parameters, base_color, map) => {
                 Bsdf::Principled(mapped(parameters, base_color.at(uv), map.at(uv)))
             }
+            Self::Coated(base, coat) => match base.bsdf(uv) {
+                Bsdf::Conductor(base) => under(CoatedBase::Conductor(base), coat),
+                Bsdf::Principled(base) => under(CoatedBase::Principled(base), coat),
+                // The scene's check refuses coats of other models.
+                bare => bare,
+            },
         }
     }
+}
+
+fn under(base: CoatedBase, coat: &ClearCoat) -> Bsdf {
+    Bsdf::Coated(Coated::new(base, *coat))
 }
 
 /// The BSDF whose parameters a map varies, at a point.

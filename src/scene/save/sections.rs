@@ -149,6 +149,12 @@ impl<'a> Sections<'a> {
             let map = format!("{{ {} }}", keys(map, self.assets)?);
             self.text.entry("metallic_roughness_map", map);
         }
+        if let Some(coat) = &material.clear_coat {
+            let numbers = [coat.weight, coat.roughness, coat.ior].map(single);
+            let [weight, roughness, ior] = numbers;
+            let coat = format!("{{ weight = {weight}, roughness = {roughness}, ior = {ior} }}");
+            self.text.entry("clear_coat", coat);
+        }
         if material.alpha.constant() != Some(crate::math::rgb::Rgb::WHITE) {
             let alpha = colour(&material.alpha, self.assets)?;
             self.text.entry("alpha", alpha);
@@ -158,8 +164,19 @@ impl<'a> Sections<'a> {
         }
         if let Some(map) = &material.normal_map {
             let texture = keys(&map.texture, self.assets)?;
-            let map = format!("{{ {texture}, strength = {} }}", single(map.strength));
+            let hand = if map.is_right_handed {
+                ", right_handed = true"
+            } else {
+                ""
+            };
+            let strength = single(map.strength);
+            let map = format!("{{ {texture}, strength = {strength}{hand} }}");
             self.text.entry("normal_map", map);
+        }
+        if let Some(map) = &material.bump_map {
+            let texture = keys(&map.texture, self.assets)?;
+            let map = format!("{{ {texture}, height = {} }}", single(map.height));
+            self.text.entry("bump_map", map);
         }
         if !material.two_sided {
             self.text.entry("two_sided", false);

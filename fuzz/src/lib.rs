@@ -43,7 +43,7 @@ pub const SCENE_TOML: Target = Target {
 pub const OBJ: Target = Target {
     name: "obj",
     run: |bytes| load_bytes("fuzzed.obj", bytes, "fuzzed.obj"),
-    per_byte: FOR_TEXT,
+    per_byte: FOR_MODELS,
 };
 
 /// The library of a model.
@@ -57,7 +57,7 @@ pub const MTL: Target = Target {
 pub const PLY: Target = Target {
     name: "ply",
     run: |bytes| load_bytes("fuzzed.ply", bytes, "fuzzed.ply"),
-    per_byte: FOR_PLY,
+    per_byte: FOR_MODELS,
 };
 
 /// A scene of Mitsuba. It may name `m.obj` and `broken.png`, and include itself.
@@ -110,8 +110,8 @@ pub const TARGETS: [Target; 9] = [
 
 /// Text: the acceptance rule of the project's catalogue of hard cases.
 const FOR_TEXT: usize = 64;
-/// A corner of a polygon takes a byte, and colours give its triangle texels and vertices of its own.
-const FOR_PLY: usize = 512;
+/// A corner of a polygon takes a byte or two, and colours give its triangle texels and vertices of its own.
+const FOR_MODELS: usize = 512;
 /// An element takes eight bytes; it becomes a node, and a property with its place.
 const FOR_XML: usize = 256;
 /// Pictures: deflate makes 1032 bytes of eight pixels out of one, and each takes twelve bytes and what decoders need.
@@ -125,7 +125,7 @@ const FOR_ANYTHING: usize = 8 << 20;
 /// their number.
 const MAX_TRACED: usize = 4096;
 /// Bytes of a message: it repeats little of the file.
-const LONGEST_MESSAGE: usize = 8 << 10;
+const MAX_MESSAGE: usize = 8 << 10;
 
 /// Files that what is fuzzed may name.
 const NAMED: [(&str, &[u8]); 8] = [
@@ -295,7 +295,7 @@ fn check_error(error: &Error, kinds: &[ErrorKind]) {
         error.kind()
     );
     assert!(
-        message.len() <= LONGEST_MESSAGE,
+        message.len() <= MAX_MESSAGE,
         "{} bytes of message",
         message.len()
     );

@@ -5,11 +5,11 @@
 //! Range: any scene that `load` accepts.
 //! Source: docs/architecture.md, "Effects". Tested in `tests/rendering/effects.rs`.
 
+use super::caustic_targets::casts_caustics;
 use super::description::{
     CameraDescription, GeometryDescription, InstanceDescription, LightDescription, LightModel,
     MaterialDescription, SceneDescription, ShapeDescription,
 };
-use super::guides::casts_caustics;
 use super::keyframes::moves;
 use super::material::Material;
 use super::placed::has_shading_normals;
@@ -25,7 +25,7 @@ pub fn of_camera(camera: &CameraDescription) -> EffectSet {
 
 /// Returns the effects of a material.
 pub fn of_material(material: &MaterialDescription) -> EffectSet {
-    Material::new(material).effects()
+    Material::new(material, 1.0).effects()
 }
 
 /// Returns the effects of a shape, excluding its material.

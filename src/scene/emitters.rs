@@ -74,7 +74,11 @@ impl Emitters {
     }
 
     /// Adds the emission of a shape and returns its index among the emitters.
-    pub fn add_shape(&mut self, added: &Added<'_>, standing: InstanceTransform<'_>) -> Option<u32> {
+    pub fn add_shape(
+        &mut self,
+        added: &Added<'_>,
+        transform: InstanceTransform<'_>,
+    ) -> Option<u32> {
         let Added {
             number,
             description,
@@ -95,7 +99,7 @@ impl Emitters {
         // The light of a rectangle has no texture coordinates; those of its triangles do.
         let varies = texture.is_some() || masked;
         let rectangle = rectangle.filter(|_| !varies);
-        let whole = whole_light(geometry, rectangle, emission, standing);
+        let whole = whole_light(geometry, rectangle, emission, transform);
         let first = self.lights.len() as u32;
         let mut sampled = true;
         let is_whole = whole.is_some();
@@ -106,11 +110,11 @@ impl Emitters {
             }
             (None, Geometry::Mesh(mesh)) => {
                 let texture = texture.as_deref();
-                sampled = self.add_triangles(mesh, emission, texture, varies, standing);
+                sampled = self.add_triangles(mesh, emission, texture, varies, transform);
             }
             (None, _) => sampled = false,
         }
-        if varies || !matches!(standing, InstanceTransform::World) {
+        if varies || !matches!(transform, InstanceTransform::World) {
             let per_primitive = self.primitives.len() as u32 - first;
             for primitive in 0..per_primitive {
                 let id = PrimitiveId {
@@ -137,9 +141,9 @@ impl Emitters {
         emission: Emission,
         texture: Option<&Texture>,
         varies: bool,
-        standing: InstanceTransform<'_>,
+        transform: InstanceTransform<'_>,
     ) -> bool {
-        let steps: &[DAffine3] = match &standing {
+        let steps: &[DAffine3] = match &transform {
             InstanceTransform::World => &[DAffine3::IDENTITY],
             InstanceTransform::Still(still) => std::slice::from_ref(*still),
             InstanceTransform::Moving(steps) => steps,
@@ -175,17 +179,17 @@ fn whole_light(
     geometry: &Geometry,
     rectangle: Option<[Vec3; 3]>,
     emission: Emission,
-    standing: InstanceTransform<'_>,
+    transform: InstanceTransform<'_>,
 ) -> Option<Light> {
-    let (transform, scale) = match standing {
+    let (to_world, scale) = match transform {
         InstanceTransform::World => (DAffine3::IDENTITY, 1.0),
-        InstanceTransform::Still(transform) => (*transform, even_scale(transform, ROUNDED)?),
+        InstanceTransform::Still(still) => (*still, even_scale(still, ROUNDED)?),
         InstanceTransform::Moving(_) => return None,
     };
-    let point = |p: Vec3| transform.transform_point3(p.as_dvec3()).as_vec3a();
+    let point = |p: Vec3| to_world.transform_point3(p.as_dvec3()).as_vec3a();
     let length = |x: f32| (f64::from(x) * scale) as f32;
     match geometry {
-        Geometry::Mesh(_) => match (rectangle, standing) {
+        Geometry::Mesh(_) => match (rectangle, transform) {
             (Some([corner, u, v]), InstanceTransform::World) => {
                 let light = RectangleLight::new(corner, [u, v], emission);
                 Some(Light::Rectangle(light))
@@ -197,7 +201,7 @@ fn whole_light(
             Some(Light::Sphere(SphereLight::new(sphere, emission)))
         }
         Geometry::Disk(disk) => {
-            let normal = transform.transform_vector3(disk.normal.as_dvec3());
+            let normal = to_world.transform_vector3(disk.normal.as_dvec3());
             let normal = normal.normalize_or(DVec3::Z).as_vec3a();
             let disk = Disk::new(point(disk.center), normal, length(disk.radius));
             Some(Light::Disk(DiskLight::new(disk, emission)))

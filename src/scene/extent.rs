@@ -11,7 +11,7 @@ use crate::geometry::Geometry;
 use crate::geometry::world::World;
 use crate::light::types::BoundingSphere;
 use crate::math::bounds::Bounds;
-use crate::math::vec::{DAffine3, DVec3, Vec3};
+use crate::math::vec::Vec3;
 
 /// Returns the boxes of all primitives; for an instance, one box per shape.
 pub fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<Bounds> {
@@ -26,7 +26,7 @@ pub fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<B
     let of_instances = layout.placements.iter().flat_map(|placement| {
         let shapes = &of_groups[placement.group];
         shapes.iter().map(|bounds| {
-            let moved = placement.steps.iter().map(|step| moved(bounds, step));
+            let moved = placement.steps.iter().map(|step| bounds.transformed(step));
             moved.fold(Bounds::default(), Bounds::union)
         })
     });
@@ -35,20 +35,6 @@ pub fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<B
         .flat_map(Placed::boxes)
         .chain(of_instances)
         .collect()
-}
-
-/// Returns the bounding box of a transformed box.
-fn moved(bounds: &Bounds, transform: &DAffine3) -> Bounds {
-    Bounds::around((0..8).map(|corner| {
-        let pick = |axis: usize| {
-            if corner >> axis & 1 == 0 {
-                bounds.min[axis]
-            } else {
-                bounds.max[axis]
-            }
-        };
-        transform.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
-    }))
 }
 
 /// Returns half the diagonal of the bounding box of everything, in normalised units.

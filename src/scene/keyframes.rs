@@ -10,6 +10,8 @@
 //! below.
 
 use super::description::Keyframe;
+use crate::math::functions::{atan2, cbrt};
+use crate::math::transform::rotation;
 use crate::math::vec::{DAffine3, DMat3, DQuat};
 use crate::planted::planted;
 
@@ -161,8 +163,8 @@ fn turned(a: &DMat3, b: &DMat3, share: f64) -> DMat3 {
     let Some(axis) = turn.xyz().try_normalize() else {
         return *a;
     };
-    let angle = 2.0 * turn.xyz().length().atan2(turn.w);
-    DMat3::from_axis_angle(axis, share * angle) * *a
+    let angle = 2.0 * atan2(turn.xyz().length(), turn.w);
+    rotation(axis, share * angle) * *a
 }
 
 /// Decomposes M = R S into the rotation R and the symmetric stretch S; if M mirrors, S does. `None` if M's axes are so
@@ -170,7 +172,7 @@ fn turned(a: &DMat3, b: &DMat3, share: f64) -> DMat3 {
 fn polar(matrix: &DMat3) -> Option<(DMat3, DMat3)> {
     // Scaled to volume 1, where the iteration converges fast.
     let unit = *matrix * (1.0 / largest(matrix));
-    let mut rotation = unit * (1.0 / unit.determinant().cbrt());
+    let mut rotation = unit * (1.0 / cbrt(unit.determinant()));
     let mut change = f64::INFINITY;
     while rotation.is_finite() {
         let next = (rotation + rotation.inverse().transpose()) * 0.5;

@@ -12,7 +12,8 @@ use crate::effects::{Effects, Slot, Switch};
 use crate::light::lanes::{LightContextLanes, LightSampleLanes};
 use crate::light::select::LightLanes;
 use crate::light::types::{
-    EmissionSample, LightChoice, LightSample, LightSampling, PointRule, Receiver, ShadowRayEnd,
+    EmissionPdf, EmissionSample, LightChoice, LightSample, LightSampling, PointRule, Receiver,
+    ShadowRayEnd,
 };
 use crate::math::lanes::{ActiveLanes, LANES, Lanes3, load};
 use crate::math::measure::{PdfSolidAngle, Pmf};
@@ -131,6 +132,22 @@ impl Scene {
         let mut sample = sample?;
         self.adapt_to_primitive::<E>(light, time, &mut sample.radiance, &mut sample.end);
         (!sample.radiance.is_black()).then_some(sample)
+    }
+
+    /// The densities of [`Self::sample_emission`] for a ray that leaves a light at `end` along a unit vector.
+    pub fn pdf_emission(
+        &self,
+        light: u32,
+        time: f32,
+        end: &ShadowRayEnd,
+        direction: Vec3,
+    ) -> EmissionPdf {
+        let normal = match end {
+            ShadowRayEnd::Surface(point, _) => point.ng,
+            ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => Vec3::ZERO,
+        };
+        let light = self.lights.get(light);
+        light.pdf_emission(time, normal, direction, &self.around)
     }
 
     /// Applies to a sampled point of a light what the light itself does not store: its texture, its alpha, and the error

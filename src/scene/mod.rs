@@ -1,6 +1,8 @@
 //! Scenes: the description ([`description::SceneDescription`]) and the scene prepared for rendering ([`Scene`]).
 
 mod build_geometry;
+mod bump_map;
+pub mod caustic_targets;
 pub mod check;
 mod compose;
 pub mod description;
@@ -8,13 +10,12 @@ pub mod effects;
 mod emitters;
 mod extent;
 pub mod footprint;
-pub mod guides;
 pub mod interaction;
 pub mod keyframes;
 mod light_queries;
 pub mod load;
 pub mod material;
-pub mod normal_map;
+mod normal_map;
 pub mod normalisation;
 mod placed;
 pub mod placement;
@@ -23,6 +24,8 @@ mod ray_queries;
 pub mod save;
 mod scene_lights;
 mod shape_traits;
+mod surface_detail;
+mod update;
 
 pub use shape_traits::ShapeTraits;
 
@@ -32,7 +35,7 @@ use crate::camera::Camera;
 use crate::effects::{EffectSet, Effects, Slot, Switch};
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
-use crate::light::guides::CausticTargets;
+use crate::light::caustic_targets::CausticTargets;
 use crate::light::select::Lights;
 use crate::light::types::{BoundingSphere, Emission};
 use crate::math::rgb::Rgb;
@@ -57,7 +60,7 @@ pub struct Scene {
     /// Bounding sphere of all shapes.
     pub around: BoundingSphere,
     /// The shapes towards which light paths are sampled.
-    pub guides: CausticTargets,
+    pub caustic_targets: CausticTargets,
     /// Radiance of the constant environment; that of an environment map is returned by [`Lights::environment`].
     pub environment: Rgb,
     /// Map from world units to normalised units.
@@ -75,7 +78,7 @@ pub struct Scene {
     /// For each light the primitive that it lies on, where more than its position is needed: for lights with an emission
     /// texture or alpha, and lights of instances. Empty if there are none.
     light_primitives: Vec<Option<PrimitiveId>>,
-    kept: PreparedCache,
+    cache: PreparedCache,
 }
 
 /// Intermediate results of [`prepare`](prepare::prepare) that are kept for changes of the camera or of instances.

@@ -66,7 +66,7 @@ enum Member {
 }
 
 /// Maximum nesting depth of groups.
-const DEEPEST: usize = 64;
+const MAX_DEPTH: usize = 64;
 
 /// Maximum number of placements in the world: it grows exponentially if groups contain others twice.
 const MAX_PLACEMENTS: u64 = 1 << 22;
@@ -176,14 +176,14 @@ impl<'a> Flattening<'a> {
             let instance = &self.description.instances[index];
             let refuse =
                 |why: String| Err(instance.place.error(format!("{}: {why}", instance.name)));
-            let too_deep = || refuse(format!("groups are nested deeper than {DEEPEST} times"));
+            let too_deep = || refuse(format!("groups are nested deeper than {MAX_DEPTH} times"));
             // Checked before the recursion, to limit the stack, and after it: the count of a group may come from the
             // cache.
-            if depth >= DEEPEST {
+            if depth >= MAX_DEPTH {
                 return too_deep();
             }
             let below = self.count(Some(instance.of), depth + 1, counts)?;
-            if depth + 1 + below.levels > DEEPEST {
+            if depth + 1 + below.levels > MAX_DEPTH {
                 return too_deep();
             }
             count.levels = count.levels.max(1 + below.levels);

@@ -1,4 +1,4 @@
-//! Prepares a scene description for rendering.
+//! Prepares a scene description for rendering. `update.rs` changes what is prepared.
 //!
 //! Everything is transformed in double precision, normalised, and only then rounded. A group is normalised by itself, so
 //! that its shapes keep their precision wherever its instances are placed.
@@ -9,11 +9,11 @@
 //! Source: docs/architecture.md. Tested below.
 
 use super::build_geometry::{build_geometry, instances};
+use super::caustic_targets::caustic_targets;
 use super::description::{CameraDescription, SceneDescription};
 use super::effects;
 use super::extent::{boxes, frame_of, scene_radius, sphere_around};
 use super::footprint;
-use super::guides::guides;
 use super::keyframes;
 use super::material::Material;
 use super::normalisation::Normalisation;
@@ -23,12 +23,10 @@ use super::scene_lights::SceneLights;
 use super::{PreparedCache, Scene};
 use crate::accel::{Accel, AccelOptions};
 use crate::camera::{Camera, CameraParameters};
-use crate::effects::Effect;
 use crate::error::Result;
 use crate::geometry::packed::PackedImages;
 use crate::geometry::world::World;
 use crate::math::vec::DAffine3;
-use crate::planted::planted;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -66,11 +64,12 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
 
     let mut packed = PackedImages::default();
     let materials = description.materials.iter();
+    let unit = normalisation.length(1.0);
     let materials: Vec<Material> = materials
-        .map(|material| Material::new(material).packed(&mut packed))
+        .map(|material| Material::new(material, unit).packed(&mut packed))
         .collect();
     let (roots, still) = build_geometry(&layout.shapes, &roots, description, &normalisation)?;
-    let mut kept = PreparedCache {
+    let mut cache = PreparedCache {
         radius,
         objects: effects::of_objects(description, &layout),
         still,
@@ -78,13 +77,13 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         groups: vec![],
     };
     let mut members = Vec::with_capacity(groups.len());
-    let placed = groups.iter().zip(&kept.frames);
+    let placed = groups.iter().zip(&cache.frames);
     for (shapes, (group, frame)) in layout.groups.iter().zip(placed) {
         let (geometries, forms) = build_geometry(shapes, group, description, frame)?;
         members.push(geometries);
-        kept.groups.push(forms);
+        cache.groups.push(forms);
     }
-    let instances = instances(&layout, &normalisation, &kept.frames, &members)?;
+    let instances = instances(&layout, &normalisation, &cache.frames, &members)?;
     let world = Arc::new(World::new(roots, members, instances));
     let building = Instant::now();
     let accel = Arc::new(Accel::build(Arc::clone(&world), options)?);
@@ -93,76 +92,31 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         description,
         &layout,
         &materials,
-        (&normalisation, &kept),
+        (&normalisation, &cache),
         &world,
     );
-    let notes = scene_lights.notes(&kept);
+    let notes = scene_lights.notes(&cache);
     let scene = Scene {
         around: sphere_around(&world),
-        guides: guides(description, &scene_lights.shapes, &world),
+        caustic_targets: caustic_targets(description, &scene_lights.shapes, &world),
         camera: camera(&description.camera, description.film.size, &normalisation),
         environment: description.constant_environment(),
         normalisation,
         world,
         accel,
-        effects: scene_lights.effects(&description.camera, &kept),
+        effects: scene_lights.effects(&description.camera, &cache),
         shapes: scene_lights.shapes,
         materials,
         lights: scene_lights.lights,
         emitters: scene_lights.emitters,
         light_primitives: scene_lights.light_primitives,
-        kept,
+        cache,
     };
     Ok(Prepared {
         scene,
         notes,
         build_time,
     })
-}
-
-impl Scene {
-    /// Replaces the camera and film by those of the description. Everything else must be unchanged; so must the shutter,
-    /// if anything moves.
-    pub fn set_camera(&mut self, description: &SceneDescription) {
-        let size = description.film.size;
-        self.camera = camera(&description.camera, size, &self.normalisation);
-        let many_lights = self.effects.has(Effect::ManyLights);
-        let of_camera = planted!(
-            "new-lens-left-out",
-            Default::default(),
-            effects::of_camera(&description.camera)
-        );
-        self.effects = (of_camera | self.kept.objects).with_if(Effect::ManyLights, many_lights);
-    }
-
-    /// Moves the instances to their transforms in the description, and returns notes like [`prepare`]. Everything else
-    /// must be unchanged. The shapes, the acceleration structures of groups and the normalisation are kept: images
-    /// differ from those of a newly prepared scene only by rounding.
-    ///
-    /// # Errors
-    /// A transform that cannot be traced, or an error of the backend; the scene is then unchanged.
-    pub fn set_instance_transforms(
-        &mut self,
-        description: &SceneDescription,
-    ) -> Result<Vec<String>> {
-        let layout = layout(description)?;
-        let kept = &self.kept;
-        let groups = self.world.groups();
-        let instances = instances(&layout, &self.normalisation, &kept.frames, groups)?;
-        let world = Arc::new(self.world.with_instances(instances));
-        let accel = Arc::new(self.accel.with_instances_of(Arc::clone(&world))?);
-        let frame = (&self.normalisation, kept);
-        let lamps_in = planted!("lamps-stay-behind", &self.world, &world);
-        let scene_lights = SceneLights::new(description, &layout, &self.materials, frame, lamps_in);
-        let notes = scene_lights.notes(kept);
-        self.effects = scene_lights.effects(&description.camera, kept);
-        self.around = sphere_around(&world);
-        self.guides = guides(description, &scene_lights.shapes, &world);
-        (self.world, self.accel) = (world, accel);
-        (self.shapes, self.emitters) = (scene_lights.shapes, scene_lights.emitters);
-        (self.lights, self.light_primitives) = (scene_lights.lights, scene_lights.light_primitives);
-        Ok(notes)
-    }
 }
 
 fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>> {
@@ -181,7 +135,8 @@ fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>
         .collect()
 }
 
-fn camera(
+/// Makes the camera of a description for a film of this size.
+pub(super) fn camera(
     description: &CameraDescription,
     size: (u32, u32),
     normalisation: &Normalisation,
@@ -210,8 +165,8 @@ fn camera(
 mod tests {
     use super::*;
     use crate::accel::{Backend, Precision};
-    use crate::effects::Slot;
     use crate::effects::kernel::types::Everything;
+    use crate::effects::{Effect, Slot};
     use crate::light::types::LightSampling;
     use crate::math::measure::Pmf;
     use crate::math::ray::Ray;

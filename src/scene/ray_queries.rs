@@ -77,10 +77,10 @@ impl Scene {
                 continue;
             }
             if E::NormalMaps::ON
-                && let Some(map) = material.normal_map()
+                && let Some(detail) = material.detail()
             {
                 let tangents = self.world.tangents_at::<E>(hit.id, time, surface.p);
-                surface.ns = map.tilt(uv.or(Vec2::ZERO), surface.ns, surface.ng, tangents);
+                surface.ns = detail.tilt(uv.or(Vec2::ZERO), surface.ns, surface.ng, tangents);
             }
             return Some(Interaction::new(
                 &ray,

@@ -44,7 +44,7 @@ impl SceneLights {
         description: &SceneDescription,
         layout: &Layout,
         materials: &[Material],
-        (normalisation, kept): (&Normalisation, &PreparedCache),
+        (normalisation, cache): (&Normalisation, &PreparedCache),
         world: &World,
     ) -> Self {
         let mut gathered = Gathered {
@@ -53,17 +53,17 @@ impl SceneLights {
             shapes: vec![],
             emitters: Emitters::default(),
         };
-        gathered.add_lights(normalisation, kept.radius);
-        let roots = world.geometries();
-        gathered.add_shapes(&layout.shapes, roots, &kept.still, InstanceTransform::World);
+        gathered.add_lights(normalisation, cache.radius);
+        let (roots, forms) = (world.geometries(), &cache.still);
+        gathered.add_shapes(&layout.shapes, roots, forms, InstanceTransform::World);
         for (instance, placement) in world.instances().iter().zip(&layout.placements) {
-            let standing = match instance.steps.as_slice() {
+            let transform = match instance.steps.as_slice() {
                 [still] => InstanceTransform::Still(still),
                 steps => InstanceTransform::Moving(steps),
             };
             let group = placement.group;
-            let (shapes, forms) = (&layout.groups[group], &kept.groups[group]);
-            gathered.add_shapes(shapes, &world.groups()[group], forms, standing);
+            let (shapes, forms) = (&layout.groups[group], &cache.groups[group]);
+            gathered.add_shapes(shapes, &world.groups()[group], forms, transform);
         }
         let emitters = gathered.emitters;
         let all_in_place = emitters.primitives.iter().all(Option::is_none);
@@ -81,14 +81,14 @@ impl SceneLights {
     }
 
     /// Returns the effects that the scene requires of a kernel.
-    pub(super) fn effects(&self, camera: &CameraDescription, kept: &PreparedCache) -> EffectSet {
-        (effects::of_camera(camera) | kept.objects)
+    pub(super) fn effects(&self, camera: &CameraDescription, cache: &PreparedCache) -> EffectSet {
+        (effects::of_camera(camera) | cache.objects)
             .with_if(Effect::ManyLights, self.lights.len() > 1)
     }
 
     /// Returns notes for the user: one sentence each.
-    pub(super) fn notes(&self, kept: &PreparedCache) -> Vec<String> {
-        let forms = kept.still.iter().chain(kept.groups.iter().flatten());
+    pub(super) fn notes(&self, cache: &PreparedCache) -> Vec<String> {
+        let forms = cache.still.iter().chain(cache.groups.iter().flatten());
         let dropped: usize = forms.map(|form| form.dropped).sum();
         let dropped =
             (dropped > 0).then(|| format!("{dropped} triangles without an area were left out"));
@@ -117,7 +117,7 @@ impl Gathered<'_> {
         shapes: &[usize],
         geometries: &[Geometry],
         forms: &[Form],
-        standing: InstanceTransform<'_>,
+        transform: InstanceTransform<'_>,
     ) {
         for (&shape, (geometry, form)) in shapes.iter().zip(geometries.iter().zip(forms)) {
             let description = &self.description.shapes[shape];
@@ -130,10 +130,10 @@ impl Gathered<'_> {
                 geometry,
                 rectangle: form.rectangle,
             };
-            let emitter = self.emitters.add_shape(&added, standing);
+            let emitter = self.emitters.add_shape(&added, transform);
             let emission = emitter.map(|index| &self.emitters.emitters[index as usize]);
             let shines_by_texture = emission.is_some_and(|emitter| emitter.texture.is_some());
-            let is_top_level = matches!(standing, InstanceTransform::World);
+            let is_top_level = matches!(transform, InstanceTransform::World);
             let is_flat = is_top_level && matches!(geometry, Geometry::Mesh(_) | Geometry::Disk(_));
             let traits = material
                 .traits()

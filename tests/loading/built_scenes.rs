@@ -156,9 +156,12 @@ fn invalid_shapes_are_rejected_naming_the_field() {
     is_refused("instance`: of", |scene| scene.instances[0].of = 1);
 }
 
+fn grey(value: f32) -> ColourDescription {
+    ColourDescription::from(Rgb::grey(value))
+}
+
 #[test]
-fn invalid_materials_are_rejected_naming_the_field() {
-    let grey = |value: f32| ColourDescription::from(Rgb::grey(value));
+fn invalid_material_models_are_rejected_naming_the_field() {
     let bright = Texture::Image {
         image: Arc::new(Image::filled(2, 2, Rgb::WHITE)),
         scale: 1.5,
@@ -223,6 +226,10 @@ fn invalid_materials_are_rejected_naming_the_field() {
     for (words, model) in models {
         is_refused(words, |scene| scene.materials[0].model = model.clone());
     }
+}
+
+#[test]
+fn one_sided_glass_and_an_alpha_above_one_are_rejected() {
     is_refused("two_sided", |scene| {
         let ior = 1.5;
         let (roughness, tint) = (0.0, grey(1.0));

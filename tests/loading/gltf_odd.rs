@@ -75,6 +75,72 @@ fn models(scene: &SceneDescription) -> Vec<&MaterialModel> {
 }
 
 #[test]
+fn specular_glossiness_becomes_a_dielectric_or_metal() {
+    let model = |specular: f32| {
+        let keys = format!(
+            "\"extensions\":{{\"KHR_materials_pbrSpecularGlossiness\":{{\"diffuseFactor\":[0.5,0.25,0.125,1],\
+             \"specularFactor\":[{specular},{specular},{specular}],\"glossinessFactor\":0.75}}}}"
+        );
+        with_material(&keys, "")
+    };
+    let scene = model(0.04);
+    let [
+        MaterialModel::Principled {
+            base_color,
+            metallic,
+            roughness,
+            ior,
+            ..
+        },
+    ] = models(&scene)[..]
+    else {
+        panic!("{:?}", models(&scene))
+    };
+    assert_eq!(base_color.constant(), Some(Rgb::new(0.5, 0.25, 0.125)));
+    assert_eq!((*metallic, *roughness), (0.0, 0.25));
+    assert!((ior - 1.5).abs() < 1e-6, "{ior}");
+    let scene = model(0.75);
+    let [
+        MaterialModel::Principled {
+            base_color,
+            metallic,
+            ..
+        },
+    ] = models(&scene)[..]
+    else {
+        panic!("{:?}", models(&scene))
+    };
+    assert_eq!(
+        (base_color.constant(), *metallic),
+        (Some(Rgb::grey(0.75)), 1.0)
+    );
+}
+
+#[test]
+fn clear_coat_is_read_without_its_textures() {
+    let coated = |keys: &str, others: &str| {
+        let extension = format!("\"KHR_materials_clearcoat\":{{{keys}}}{others}");
+        with_material(&format!("\"extensions\":{{{extension}}}"), "")
+    };
+    let coat = |scene: &SceneDescription| scene.materials[scene.shapes[0].material].clear_coat;
+    let factors = "\"clearcoatFactor\":0.75,\"clearcoatRoughnessFactor\":0.25";
+    let scene = coated(factors, "");
+    let found = coat(&scene).map(|it| (it.weight, it.roughness, it.ior));
+    assert_eq!(found, Some((0.75, 0.25, 1.5)));
+    scene.check_faithful().expect("it is as the file says");
+    assert!(coat(&coated("", "")).is_none());
+
+    let textured = format!("{factors},\"clearcoatTexture\":{{\"index\":0}}");
+    let scene = coated(&textured, "");
+    assert!(coat(&scene).is_some());
+    assert_eq!(noted(&scene, NoteKind::Approximation).len(), 1);
+    let glass = ",\"KHR_materials_transmission\":{\"transmissionFactor\":1}";
+    let scene = coated(factors, glass);
+    assert!(coat(&scene).is_none());
+    assert_eq!(noted(&scene, NoteKind::Omission).len(), 1);
+}
+
+#[test]
 fn transmission_of_an_open_mesh_without_a_volume_is_that_of_a_sheet() {
     let clear = with_material(&glass(0.0, ""), "");
     let tint = Rgb::new(0.5, 0.75, 1.0).into();

@@ -149,86 +149,80 @@ fn invalid_environment_images_are_rejected_with_pixel_and_line() {
     }
 }
 
-#[test]
-fn invalid_light_tables_are_rejected_with_line_and_reason() {
+const POINT: &str = "type = \"point\"\nposition = [0, 0, 0]\nintensity = 1\n";
+const SPOT: &str = "type = \"spot\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nintensity = 1\n";
+const DISTANT: &str = "type = \"distant\"\nirradiance = 1\n";
+const SKY: &str = "type = \"environment\"\n";
+
+/// Asserts that light tables, each with further keys, are rejected at a line for a reason.
+#[track_caller]
+fn assert_refused(cases: &[(&str, &str, usize, &str)]) {
     let folder = with_pictures();
-    let point = "type = \"point\"\nposition = [0, 0, 0]\nintensity = 1\n";
-    let spot = "type = \"spot\"\nposition = [0, 0, 0]\ntarget = [0, 0, 1]\nintensity = 1\n";
-    let distant = "type = \"distant\"\nirradiance = 1\n";
-    let sky = "type = \"environment\"\n";
-    for (table, keys, line, said) in [
+    for &(table, keys, line, said) in cases {
+        let (found, message) = refusal(&folder, &format!("[[light]]\n{table}{keys}"));
+        assert!(
+            found == Some(line) && message.contains(said),
+            "{table}{keys}: {message}"
+        );
+    }
+}
+
+#[test]
+fn missing_and_foreign_light_keys_are_rejected_with_line_and_reason() {
+    assert_refused(&[
         (
-            point,
+            POINT,
             "cone = 3",
             9,
             "only lights of the type spot have this key",
         ),
         (
-            point,
+            POINT,
             "radiance = 3",
             9,
             "only lights of the type environment",
         ),
         (
-            sky,
+            SKY,
             "radiance = 1\nintensity = 2",
             8,
             "only lights of the type point",
         ),
         (
-            distant,
+            DISTANT,
             "direction = [0, 1, 0]\ntarget = [0, 0, 0]",
             9,
             "type spot",
         ),
-        (point, "colour = 1", 9, "unknown key `colour`"),
-        (spot, "", 5, "`cone` is missing"),
-        (spot, "cone = 0", 10, "above 0, at most 180"),
-        (spot, "cone = 181", 10, "above 0, at most 180"),
+        (POINT, "colour = 1", 9, "unknown key `colour`"),
+        (SPOT, "", 5, "`cone` is missing"),
+        (DISTANT, "", 5, "`direction` is missing"),
+        (SKY, "", 5, "`radiance` is missing"),
+    ]);
+}
+
+#[test]
+fn invalid_light_values_are_rejected_with_line_and_reason() {
+    assert_refused(&[
+        (SPOT, "cone = 0", 10, "above 0, at most 180"),
+        (SPOT, "cone = 181", 10, "above 0, at most 180"),
         (
-            spot,
+            SPOT,
             "cone = 20\npenumbra = 21",
             11,
             "from 0 to that of the cone, 20",
         ),
         (
-            spot,
+            SPOT,
             "cone = 20\npenumbra = -1",
             11,
             "from 0 to that of the cone, 20",
         ),
         (
-            distant,
+            DISTANT,
             "direction = [0, 0, 0]",
             8,
             "a direction that is not zero",
-        ),
-        (distant, "", 5, "`direction` is missing"),
-        (sky, "", 5, "`radiance` is missing"),
-        (sky, "radiance = -1", 7, "at least 0"),
-        (
-            sky,
-            "radiance = { checker = [0, 1] }",
-            7,
-            "an environment cannot be a checker",
-        ),
-        (
-            sky,
-            "radiance = 1\ntransform = [{ scale = 2 }]",
-            8,
-            "rotations only",
-        ),
-        (
-            sky,
-            "radiance = 1\ntransform = [{ scale = [1, 1, -1] }]",
-            8,
-            "rotations only",
-        ),
-        (
-            sky,
-            "radiance = 1\ntransform = [{ translate = [1, 0, 0] }]",
-            8,
-            "rotations only",
         ),
         (
             "type = \"point\"\nposition = [0, 0, 0]\n",
@@ -242,15 +236,40 @@ fn invalid_light_tables_are_rejected_with_line_and_reason() {
             10,
             "position and target are the same point",
         ),
-    ] {
-        let (found, message) = refusal(&folder, &format!("[[light]]\n{table}{keys}"));
-        assert!(
-            found == Some(line) && message.contains(said),
-            "{table}{keys}: {message}"
-        );
-    }
+    ]);
+}
+
+#[test]
+fn invalid_environments_are_rejected_with_line_and_reason() {
+    assert_refused(&[
+        (SKY, "radiance = -1", 7, "at least 0"),
+        (
+            SKY,
+            "radiance = { checker = [0, 1] }",
+            7,
+            "an environment cannot be a checker",
+        ),
+        (
+            SKY,
+            "radiance = 1\ntransform = [{ scale = 2 }]",
+            8,
+            "rotations only",
+        ),
+        (
+            SKY,
+            "radiance = 1\ntransform = [{ scale = [1, 1, -1] }]",
+            8,
+            "rotations only",
+        ),
+        (
+            SKY,
+            "radiance = 1\ntransform = [{ translate = [1, 0, 0] }]",
+            8,
+            "rotations only",
+        ),
+    ]);
     let picture = "[[light]]\ntype = \"environment\"\nradiance = { texture = \"good.pfm\" }\n";
-    let (line, message) = refusal(&folder, &format!("{picture}{picture}"));
+    let (line, message) = refusal(&with_pictures(), &format!("{picture}{picture}"));
     assert!(
         line == Some(8) && message.contains("at most one"),
         "{message}"

@@ -221,7 +221,7 @@ fn aliases_and_capitalised_booleans_are_read() {
 }
 
 #[test]
-fn mitsuba_bsdfs_are_converted_to_materials() {
+fn mitsuba_conductors_are_converted_to_conductors_or_mirrors() {
     let (model, two_sided, _) = material(
         r#"<bsdf type="twosided"><bsdf type="roughconductor">
         <string name="material" value="Au"/><float name="alpha" value="0.25"/>
@@ -251,6 +251,10 @@ fn mitsuba_bsdfs_are_converted_to_materials() {
         };
         assert_eq!((eta, k), (Rgb::grey(1e-4), Rgb::WHITE));
     }
+}
+
+#[test]
+fn mitsuba_dielectrics_blends_and_masks_are_converted_to_materials() {
     let (model, two_sided, _) = material(
         r#"<bsdf type="dielectric"><string name="int_ior" value="water"/>
         <float name="ext_ior" value="1"/></bsdf>"#,
@@ -263,29 +267,6 @@ fn mitsuba_bsdfs_are_converted_to_materials() {
     let (pane, two_sided, scene) = material(r#"<bsdf type="thindielectric"/>"#);
     assert!(two_sided && scene.check_faithful().is_ok());
     assert!(matches!(pane, MaterialModel::ThinDielectric { .. }));
-    for (bsdf, kind) in [
-        ("<bsdf type=\"plastic\"/>", NoteKind::Approximation),
-        ("<bsdf type=\"principled\"/>", NoteKind::Approximation),
-        ("<bsdf type=\"hair\"/>", NoteKind::Approximation),
-        ("<bsdf type=\"roughconductor\"/>", NoteKind::Approximation),
-        (
-            "<bsdf type=\"bumpmap\"><bsdf type=\"diffuse\"/></bsdf>",
-            NoteKind::Omission,
-        ),
-        (
-            "<bsdf type=\"diffuse\"><float name=\"shine\" value=\"1\"/></bsdf>",
-            NoteKind::Omission,
-        ),
-    ] {
-        let (_, _, scene) = material(bsdf);
-        let found = scene
-            .notes
-            .iter()
-            .any(|note| note.kind == kind && note.place.line == Some(3));
-        assert!(found, "{bsdf}: {:?}", scene.notes);
-        let error = scene.check_faithful().expect_err(bsdf);
-        assert!(error.to_string().contains("a.xml:3: bsdf"), "{error}");
-    }
     let (model, ..) = material(
         r#"<bsdf type="blendbsdf"><float name="weight" value="0.25"/>
         <bsdf type="diffuse"><rgb name="reflectance" value="0.8"/></bsdf>
@@ -301,6 +282,29 @@ fn mitsuba_bsdfs_are_converted_to_materials() {
     )
     .2;
     assert_eq!(masked.materials[0].alpha.constant(), Some(Rgb::grey(0.25)));
+}
+
+#[test]
+fn mitsuba_bsdfs_without_an_equal_are_noted() {
+    for (bsdf, kind) in [
+        ("<bsdf type=\"plastic\"/>", NoteKind::Approximation),
+        ("<bsdf type=\"principled\"/>", NoteKind::Approximation),
+        ("<bsdf type=\"hair\"/>", NoteKind::Approximation),
+        ("<bsdf type=\"roughconductor\"/>", NoteKind::Approximation),
+        (
+            "<bsdf type=\"diffuse\"><float name=\"shine\" value=\"1\"/></bsdf>",
+            NoteKind::Omission,
+        ),
+    ] {
+        let (_, _, scene) = material(bsdf);
+        let found = scene
+            .notes
+            .iter()
+            .any(|note| note.kind == kind && note.place.line == Some(3));
+        assert!(found, "{bsdf}: {:?}", scene.notes);
+        let error = scene.check_faithful().expect_err(bsdf);
+        assert!(error.to_string().contains("a.xml:3: bsdf"), "{error}");
+    }
 }
 
 #[test]
@@ -403,6 +407,27 @@ fn normals_and_uvs_follow_mitsuba_conventions() {
             "mirrored without normals: inside out"
         );
     }
+}
+
+#[test]
+fn second_to_uv_of_a_material_is_noted_for_normal_maps_as_for_colours() {
+    let checker = |place: &str, scale: f32| {
+        format!(
+            r#"<texture type="checkerboard" {place}><transform name="to_uv"><scale x="{scale}"/></transform></texture>"#
+        )
+    };
+    let notes = |scale: f32| {
+        let (map, colour) = (checker("", scale), checker("name=\"reflectance\"", 3.0));
+        let it = valid(&format!(
+            r#"<shape type="rectangle"><bsdf type="normalmap">{map}<bsdf type="diffuse">{colour}</bsdf></bsdf></shape>"#
+        ));
+        assert!(it.materials[0].normal_map.is_some());
+        let is_of_to_uv = |text: &str| text.contains("gets the `to_uv` of the material's first");
+        let notes = it.notes.iter().filter(|note| is_of_to_uv(&note.text));
+        notes.map(|note| note.kind).collect::<Vec<_>>()
+    };
+    assert_eq!(notes(2.0), [NoteKind::Approximation]);
+    assert!(notes(3.0).is_empty());
 }
 
 /// A mesh of two triangles in the format `serialized`.
@@ -542,6 +567,10 @@ fn mitsuba_errors_name_the_file_and_what_is_wrong() {
         assert!(words.contains("a.xml"), "{words}");
         assert!(words.contains(expected), "{expected}: {words}");
     }
+}
+
+#[test]
+fn deep_mitsuba_files_and_those_without_scene_or_sensor_are_rejected() {
     let deep = "<shape type=\"merge\">".repeat(500) + &"</shape>".repeat(500);
     assert!(complaint(&deep).contains("nested at most 64 deep"));
     assert!(
@@ -566,4 +595,89 @@ fn truncated_mitsuba_scene_is_rejected_at_every_length() {
         let error = load(&SceneFolder::new([("a.xml", &whole.as_bytes()[..length])]).path("a.xml"));
         assert!(error.expect_err("it is cut").to_string().contains("a.xml"));
     }
+}
+
+#[test]
+fn maps_of_normals_and_heights_are_read_and_the_outer_one_counts() {
+    let checker = r#"<texture type="checkerboard"/>"#;
+    let bumps = |inner: &str| {
+        format!(
+            r#"<bsdf type="bumpmap">{checker}<float name="scale" value="0.25"/>
+            <boolean name="use_shadowing_function" value="false"/>{inner}</bsdf>"#
+        )
+    };
+    let (_, _, it) = material(&bumps(r#"<bsdf type="diffuse"/>"#));
+    let height = it.materials[0].bump_map.as_ref().map(|map| map.height);
+    assert_eq!(height, Some(0.25));
+    it.check_faithful().expect("it is as the file says");
+    let normals = format!(r#"<bsdf type="normalmap">{checker}<bsdf type="diffuse"/></bsdf>"#);
+    let (_, _, it) = material(&normals);
+    let map = it.materials[0].normal_map.as_ref().expect("a map");
+    assert!(map.is_right_handed && it.notes.iter().any(|it| it.text.contains("shadowing")));
+    let (_, _, it) = material(&bumps(&normals));
+    let outer = &it.materials[0];
+    assert!(outer.normal_map.is_none() && outer.bump_map.is_some());
+    assert!(
+        it.notes
+            .iter()
+            .any(|it| it.text.contains("replaces the map"))
+    );
+    let error = complaint(
+        r#"<shape type="sphere"><bsdf type="bumpmap"><bsdf type="diffuse"/></bsdf></shape>"#,
+    );
+    assert!(error.contains("a nested texture"), "{error}");
+}
+
+#[test]
+fn bsdfs_of_versions_before_2_are_read() {
+    let (phong, _, it) =
+        material(r#"<bsdf type="phong"><float name="exponent" value="50"/></bsdf>"#);
+    assert!(
+        matches!(phong, MaterialModel::Phong { exponent: 50.0, .. }),
+        "{phong:?}"
+    );
+    it.check_faithful().expect("it is as the file says");
+    let coat = r#"<bsdf type="coating"><bsdf type="roughconductor"><string name="material" value="Au"/>
+        <string name="distribution" value="ggx"/></bsdf></bsdf>"#;
+    let (gold, _, it) = material(coat);
+    let coat = it.materials[0].clear_coat.expect("a coat");
+    assert!(matches!(gold, MaterialModel::Conductor { .. }));
+    assert!(
+        (coat.ior - 1.5046 / 1.000_277).abs() < 1e-3 && coat.roughness == 0.0,
+        "{coat:?}"
+    );
+    let (model, _, it) = material(r#"<bsdf type="coating"><bsdf type="diffuse"/></bsdf>"#);
+    assert!(matches!(model, MaterialModel::Diffuse { .. }));
+    assert!(it.check_faithful().is_err());
+}
+
+#[test]
+fn transforms_of_textures_of_which_the_mean_counts_do_not_hold_for_others() {
+    let texture = |name: &str, scale: f32| {
+        format!(
+            r#"<texture type="checkerboard" name="{name}"><transform name="to_uv"><scale value="{scale}"/></transform></texture>"#
+        )
+    };
+    let it = valid(&format!(
+        r#"<shape type="rectangle"><bsdf type="principled">{}{}</bsdf></shape>"#,
+        texture("roughness", 1.0),
+        texture("base_color", 8.0),
+    ));
+    let uvs = &mesh(&it, 0).uvs;
+    let largest = uvs.iter().map(|uv| uv.x).fold(0.0, f64::max);
+    assert_eq!(largest, 8.0);
+}
+
+#[test]
+fn properties_of_value_0_are_no_omission() {
+    let sensor = SENSOR.replace(
+        "</sensor>",
+        r#"<float name="principal_point_offset_x" value="0"/></sensor>"#,
+    );
+    let sphere = r#"<shape type="sphere"/>"#;
+    let it = read(&format!(
+        "<scene version=\"3.0.0\">{sensor}{sphere}</scene>"
+    ));
+    it.and_then(|it| it.check_faithful())
+        .expect("it is as the file says");
 }

@@ -7,7 +7,7 @@
 
 use crate::common::scene_folder::SceneFolder;
 use crate::mitsuba::{close, complaint, mesh, read, scene, valid};
-use etendue::description::NoteKind;
+use etendue::description::{GeometryDescription, NoteKind};
 use etendue::internals::math::vec::{DMat3, DVec3};
 use etendue::internals::scene::load::load;
 
@@ -155,4 +155,72 @@ fn scene_without_sensor_is_framed_with_a_note() {
         error.contains("a.xml: expected a sensor, or shapes"),
         "{error}"
     );
+}
+
+/// As `scene.ray_intersect` of Mitsuba 3.9.1 finds; our v is 1 - v of Mitsuba's.
+#[test]
+fn sides_of_cubes_have_the_texture_coordinates_of_mitsuba() {
+    let checker =
+        r#"<bsdf type="diffuse"><texture type="checkerboard" name="reflectance"/></bsdf>"#;
+    let it = valid(&format!(r#"<shape type="cube">{checker}</shape>"#));
+    let cube = mesh(&it, 0);
+    let uv_at = |p: DVec3, n: DVec3| {
+        let found = cube
+            .positions
+            .iter()
+            .zip(&cube.normals)
+            .position(|it| it == (&p, &n));
+        let uv = cube.uvs[found.expect("a corner")];
+        [uv.x, 1.0 - uv.y]
+    };
+    for (normal, corner, uv) in [
+        (DVec3::X, DVec3::new(1.0, 1.0, -1.0), [1.0, 1.0]),
+        (DVec3::X, DVec3::new(1.0, 1.0, 1.0), [1.0, 0.0]),
+        (DVec3::NEG_X, DVec3::new(-1.0, 1.0, 1.0), [1.0, 1.0]),
+        (DVec3::Y, DVec3::new(-1.0, 1.0, -1.0), [1.0, 1.0]),
+        (DVec3::NEG_Y, DVec3::new(1.0, -1.0, 1.0), [1.0, 1.0]),
+        (DVec3::Z, DVec3::new(1.0, 1.0, 1.0), [1.0, 1.0]),
+        (DVec3::NEG_Z, DVec3::new(1.0, -1.0, -1.0), [1.0, 1.0]),
+    ] {
+        assert_eq!(uv_at(corner, normal), uv, "{normal} {corner}");
+    }
+}
+
+#[test]
+fn mirrored_or_flipped_spheres_face_inwards_and_both_do_not() {
+    let sphere = |flip: bool, x: f64| {
+        valid(&format!(
+            r#"<shape type="sphere"><boolean name="flip_normals" value="{flip}"/>
+            <transform name="to_world"><scale x="{x}"/></transform></shape>"#
+        ))
+    };
+    for (flip, x, is_inside_out) in [
+        (false, 1.0, false),
+        (false, -1.0, true),
+        (true, 1.0, true),
+        (true, -1.0, false),
+    ] {
+        let it = sphere(flip, x);
+        let is_mesh = matches!(it.shapes[0].geometry, GeometryDescription::Mesh(_));
+        assert_eq!(is_mesh, is_inside_out, "{flip} {x}");
+        if is_mesh {
+            // The side of the vertices' normals is the outside, also where a transform mirrors.
+            let placed = it.shapes[0].transform;
+            let sphere = mesh(&it, 0);
+            let normal = placed.matrix3.inverse().transpose() * sphere.normals[100];
+            let point = placed.transform_point3(sphere.positions[100]);
+            assert!(normal.dot(point) < 0.0, "{flip} {x}");
+        }
+    }
+    // Numbers of few digits are a rotation.
+    let matrix =
+        "0.353553 0.612372 -0.707107 0 -0.866025 0.5 0 0 0.353553 0.612372 0.707107 0 0 0 0 1";
+    let it = valid(&format!(
+        r#"<shape type="sphere"><transform name="to_world"><matrix value="{matrix}"/></transform></shape>"#
+    ));
+    etendue::Session::new(
+        it,
+        crate::common::scene::robust(etendue::internals::accel::Backend::ALL[0]),
+    )
+    .expect("it is round");
 }

@@ -177,11 +177,51 @@ fn mtl_keys_select_the_material_model_and_parameters() {
             "{keys}: {notes:?}"
         );
     };
-    noted("map_Bump -bm 1 a.png", "a.mtl:2: map_Bump is not supported");
+    noted("map_Bump -bm 1 a.png", "a.mtl:2: map_Bump: the image");
     noted(
         "Kdd 1 1 1",
         "a.mtl:2: unknown key `Kdd`; did you mean `Kd`?",
     );
+}
+
+#[test]
+fn mtl_bumps_are_normal_maps_where_the_image_has_normals() {
+    let read = |keys: &str, pixels: [Rgb; 2]| {
+        let model = format!("mtllib a.mtl\nusemtl it\n{TRIANGLE}");
+        let library = format!("newmtl it\n{keys}\n");
+        let folder = SceneFolder::new([("a.obj", model.as_str()), ("a.mtl", library.as_str())]);
+        let image = Image::new(2, 1, pixels.to_vec());
+        write(&folder.path("it.pfm"), &image, &Default::default()).expect("it is writable");
+        let mut scene = folder.load("a.obj");
+        let notes = scene
+            .notes
+            .iter()
+            .filter(|note| note.text.contains("map_Bump"));
+        (notes.count(), scene.materials.remove(0))
+    };
+    let normals = [Rgb::new(0.5, 0.4, 0.9), Rgb::new(0.6, 0.5, 1.0)];
+    let heights = [Rgb::grey(0.2), Rgb::grey(0.9)];
+    for key in ["map_Bump", "map_bump", "bump"] {
+        let (notes, material) = read(&format!("{key} -bm 0.5 it.pfm"), normals);
+        let strength = material.normal_map.map(|map| map.strength);
+        assert_eq!((notes, strength), (0, Some(0.5)), "{key}");
+        let (notes, material) = read(&format!("{key} it.pfm"), heights);
+        assert!(notes == 1 && material.normal_map.is_none(), "{key}");
+    }
+}
+
+#[test]
+fn mtl_clear_coats_and_comments_behind_numbers_are_read() {
+    let coat = |keys: &str| {
+        let library = format!("newmtl m\n{keys}\n");
+        let scene = load_model(&format!("mtllib a.mtl\nusemtl m\n{TRIANGLE}"), &library);
+        let material = &scene.materials[scene.shapes[0].material];
+        material.clear_coat.map(|it| (it.weight, it.roughness))
+    };
+    let coated = coat("Pr 0.5 # rough\nPm 1\nPc 0.75\nPcr 0.25\nillum 2 # any\nd -halo 1");
+    assert_eq!(coated, Some((0.75, 0.25)));
+    // A matte surface has none.
+    assert_eq!(coat("Pr 1\nPc 1"), None);
 }
 
 #[test]

@@ -6,8 +6,8 @@ use etendue::ErrorKind;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::scene::description::{
-    GeometryDescription, MaterialModel, MeshDescription, Note, NoteKind, SceneDescription,
-    ShapeDescription,
+    ColourDescription, GeometryDescription, MaterialModel, MeshDescription, Note, NoteKind,
+    SceneDescription, ShapeDescription,
 };
 use etendue::internals::scene::load::load;
 
@@ -147,7 +147,7 @@ fn opaque_3ds_max_material_is_not_read_as_glass() {
     assert!(
         scene.notes[0]
             .to_string()
-            .contains("a.mtl:9: map_Bump is not supported"),
+            .contains("a.mtl:9: map_Bump: the image"),
         "{:?}",
         scene.notes
     );
@@ -255,11 +255,43 @@ fn models_of_other_encodings_are_read() {
 }
 
 #[test]
-fn colours_of_obj_vertices_are_noted() {
-    let model = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 1\nf 1 2 3\n";
+fn colours_of_obj_vertices_are_those_of_faces_without_a_material() {
+    let model = "v 0 0 0 1 0 0\nv 1 0 0 0 .5 0\nv 0 1 0 1\nf 1 2 3\n";
     let scene = load_model(model, "");
-    let expected = (None, "the colours of 2 vertices were left out");
-    assert_eq!(omissions(&scene), [expected]);
+    assert_eq!(omissions(&scene), []);
+    assert!(!scene.notes.iter().any(|note| note.text.contains("grey")));
+    let shape = &scene.shapes[0];
+    let MaterialModel::Diffuse {
+        reflectance: ColourDescription::Texture(texture),
+    } = &scene.materials[shape.material].model
+    else {
+        panic!("{:?}", scene.materials)
+    };
+    // The third vertex has a weight, and is white; half of the sRGB scale is 0.214.
+    let expected = [[1.0, 0.0, 0.0], [0.0, 0.214, 0.0], [1.0; 3]];
+    for (uv, expected) in mesh(shape).uvs.iter().zip(expected) {
+        let found = texture.lookup(uv.as_vec2()).to_array();
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-3, "{found} for {expected}");
+        }
+    }
+}
+
+#[test]
+fn colours_of_obj_vertices_out_of_range_or_beside_a_material_are_noted() {
+    let bytes = load_model("v 0 0 0 255 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "");
+    let text = "the colours of 1 vertices were left out: expected numbers from 0 to 1";
+    assert_eq!(omissions(&bytes), [(None, text)]);
+    let model = "mtllib a.mtl\nv 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\n\
+                 f 1 2 3\nusemtl a\nf 1 2 3\n";
+    let both = load_model(model, "newmtl a\nKd 0 1 0\n");
+    let text = "the colours of vertices of faces with a material were left out";
+    assert_eq!(omissions(&both), [(None, text)]);
+    let names = both
+        .shapes
+        .iter()
+        .map(|shape| both.materials[shape.material].name.as_str());
+    assert_eq!(names.collect::<Vec<_>>(), ["colours", "a"]);
 }
 
 #[test]

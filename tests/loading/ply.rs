@@ -278,7 +278,7 @@ fn corrupt_ply_bytes_give_a_mesh_or_an_error_naming_the_file() {
 }
 
 #[test]
-fn ply_errors_name_the_line_or_byte_and_expected_content() {
+fn ply_errors_name_the_line_and_expected_content() {
     let ascii = String::from_utf8(file("ascii")).expect("text");
     let change = |from: &str, to: &str| {
         assert!(ascii.contains(from), "{from}");
@@ -350,6 +350,10 @@ fn ply_errors_name_the_line_or_byte_and_expected_content() {
         let words = complaint(&text);
         assert!(words.contains(expected), "{expected}: {words}");
     }
+}
+
+#[test]
+fn wrong_index_in_a_binary_ply_file_is_named_by_its_byte() {
     let mut binary = file("binary_little_endian");
     let last = binary.len() - 4;
     binary[last..].copy_from_slice(&5_i32.to_le_bytes());

@@ -412,7 +412,41 @@ fn phong_and_plastic_are_read() {
 }
 
 #[test]
-fn alpha_normal_map_and_two_sided_keys_are_read() {
+fn clear_coats_are_read_over_opaque_metal_and_principled_surfaces() {
+    let read = |keys: &str| {
+        let text = format!("{HEAD}[[material]]\nname = \"it\"\n{keys}");
+        let folder = SceneFolder::new([("a.toml", text)]);
+        etendue::load::load(&folder.path("a.toml"))
+            .map(|mut scene| scene.materials.remove(0).clear_coat)
+    };
+    let gold = "type = \"conductor\"\npreset = \"gold\"\n";
+    assert_eq!(read(gold).expect("valid"), None);
+    let coat = |keys: &str| {
+        let coat = read(&format!("{gold}clear_coat = {keys}")).expect("valid");
+        coat.map(|coat| (coat.weight, coat.roughness, coat.ior))
+    };
+    assert_eq!(coat("{}"), Some((1.0, 0.0, 1.5)));
+    let all = "{ weight = 0.5, roughness = 0.25, ior = 1.25 }";
+    assert_eq!(coat(all), Some((0.5, 0.25, 1.25)));
+    for (keys, words) in [
+        ("type = \"mirror\"\nclear_coat = {}", "only conductors"),
+        (
+            "type = \"principled\"\ntransmission = 1\nclear_coat = {}",
+            "without transmission",
+        ),
+        (
+            "type = \"principled\"\nclear_coat = { ior = 0.5 }",
+            "a number of at least 1",
+        ),
+        ("type = \"principled\"\nclear_coat = 1", "`roughness`"),
+    ] {
+        let error = read(keys).expect_err(keys).to_string();
+        assert!(error.contains(words), "{keys}: {error}");
+    }
+}
+
+#[test]
+fn alpha_detail_map_and_two_sided_keys_are_read() {
     let read = |keys: &str| {
         let table = "[[material]]\nname = \"it\"\ntype = \"mirror\"\n";
         let text = format!("{HEAD}{table}{keys}");
@@ -442,6 +476,9 @@ fn alpha_normal_map_and_two_sided_keys_are_read() {
         let found = (map.texture.constant(), map.strength);
         assert_eq!(found, (Some(Rgb::grey(0.2)), strength));
     }
+    let map = read("bump_map = { texture = \"t.png\", height = -0.02 }").bump_map;
+    let found = map.map(|map| (map.texture.constant(), map.height));
+    assert_eq!(found, Some((Some(Rgb::grey(0.2)), -0.02)));
     assert!(!read("two_sided = false").two_sided && read("two_sided = true").two_sided);
 }
 

@@ -272,14 +272,6 @@ fn hexadecimal(text: &str) -> Option<Rgb> {
     Some(Rgb::new(channel(0)?, channel(1)?, channel(2)?))
 }
 
-/// Returns the largest value in each channel.
-pub fn most(colour: &ColourDescription) -> Rgb {
-    match colour {
-        ColourDescription::Constant(colour) => *colour,
-        ColourDescription::Texture(texture) => texture.brightest(),
-    }
-}
-
 /// Describes the first texel that is negative, or not finite once scaled. EXR, HDR and PFM files may contain such
 /// texels; the colours of a checkerboard were already checked.
 fn no_colour(texture: &Texture) -> Option<String> {

@@ -78,10 +78,7 @@ fn instance<'a>(
         None => format!("instance {}", index + 1),
     };
     let instance = InstanceDescription {
-        place: Place {
-            file: file.to_path_buf(),
-            line: Some(value.line()),
-        },
+        place: Place::on_line(file, value.line()),
         of: placed,
         group: group(&table, contents)?,
         transform: table

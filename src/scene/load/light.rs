@@ -101,10 +101,7 @@ fn light(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<Ligh
         },
     };
     table.finish()?;
-    let place = Place {
-        file: file.to_path_buf(),
-        line: Some(value.line()),
-    };
+    let place = Place::on_line(file, value.line());
     Ok(LightDescription { place, model })
 }
 

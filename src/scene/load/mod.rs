@@ -4,6 +4,7 @@
 //! Range: every error names file, line, field and what was expected; notes name what is approximated and left out.
 //! Source: docs/scene-format.md, docs/scene-formats.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
+mod bounds;
 mod camera;
 mod cie;
 mod colour;

@@ -6,15 +6,16 @@
 
 use super::contents::Contents;
 use super::wording::shown;
-use super::{obj, ply, vertex_colours};
+use super::{bounds, obj, ply, vertex_colours};
 use crate::error::{Error, Result};
 use crate::math::bounds::Bounds;
+use crate::math::functions::sin;
 use crate::math::rgb::Rgb;
 use crate::math::transform::orientation;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{
-    CameraDescription, GeometryDescription, LightDescription, MaterialDescription, MaterialModel,
-    Note, NoteKind, Place, SceneDescription, ShapeDescription,
+    CameraDescription, GeometryDescription, LightDescription, Note, NoteKind, Place,
+    SceneDescription, ShapeDescription,
 };
 use std::path::Path;
 use std::sync::Arc;
@@ -46,25 +47,17 @@ pub fn load_ply(path: &Path) -> Result<SceneDescription> {
         contents.note(note);
     }
     if let Some((name, line)) = model.texture_file {
-        let place = Place {
-            file: path.to_path_buf(),
-            line: Some(line),
-        };
+        let place = Place::on_line(path, line);
         let text = format!("the image {} was left out", shown(&name));
         contents.note(Note::at(place, NoteKind::Omission, text));
     }
-    let place = Place {
-        file: path.to_path_buf(),
-        line: None,
-    };
+    let place = Place::of_file(path);
     let name = shown(&path.file_stem().unwrap_or_default().to_string_lossy());
     let mut mesh = model.mesh;
     let material = if model.colours.is_empty() {
         contents.default_material()
     } else {
-        let reflectance = vertex_colours::to_texture(&mut mesh, &model.colours)?;
-        let model = MaterialModel::Diffuse { reflectance };
-        contents.add_material(MaterialDescription::new("colours", place.clone(), model))
+        vertex_colours::to_material(&mut mesh, &model.colours, place.clone(), &mut contents)?
     };
     let geometry = GeometryDescription::Mesh(Arc::new(mesh));
     contents.shapes.push(ShapeDescription {
@@ -79,10 +72,7 @@ pub fn load_ply(path: &Path) -> Result<SceneDescription> {
 /// # Errors
 /// If the model is too large to be framed.
 fn with_camera_and_sky(path: &Path, mut contents: Contents) -> Result<SceneDescription> {
-    let bounds = contents
-        .shapes
-        .iter()
-        .fold(Bounds::default(), |b, s| b.union(bounds_of(s)));
+    let bounds = bounds::of_all(&contents, bounds::of_placed);
     let camera = framed(path, &bounds, &mut contents)?;
     let is_lit = contents.shapes.iter().any(|shape| shape.emission.is_some());
     let lights = sky_unless(is_lit, path, &mut contents);
@@ -115,26 +105,12 @@ pub fn sky_unless(is_lit: bool, path: &Path, contents: &mut Contents) -> Option<
     if is_lit {
         return None;
     }
-    let place = Place {
-        file: path.to_path_buf(),
-        line: None,
-    };
+    let place = Place::of_file(path);
     contents.note(Note::of_scene(
         NoteKind::Decision,
         "no lamp lights the model: a constant white sky was added",
     ));
     Some(LightDescription::sky(place, Rgb::WHITE))
-}
-
-/// The bounds of a mesh, before its transform; empty for other shapes.
-pub fn bounds_of(shape: &ShapeDescription) -> Bounds {
-    match &shape.geometry {
-        GeometryDescription::Mesh(mesh) => {
-            let used = mesh.indices.iter().flatten();
-            Bounds::around(used.map(|&i| mesh.positions[i as usize]))
-        }
-        _ => Bounds::default(),
-    }
 }
 
 /// Returns a camera that sees the bounding sphere of the box; `None` beyond the range of double precision.
@@ -143,7 +119,7 @@ fn frame(bounds: &Bounds) -> Option<CameraDescription> {
     let radius = 0.5 * bounds.extent().length();
     // A model that is a single point.
     let radius = if radius > 0.0 { radius } else { 1.0 };
-    let distance = 1.05 * radius / (0.5 * FOV.to_radians()).sin();
+    let distance = 1.05 * radius / sin(0.5 * FOV.to_radians());
     let to_world = DAffine3 {
         matrix3: orientation(VIEW, DVec3::Y)?,
         translation: centre + distance * VIEW.normalize(),

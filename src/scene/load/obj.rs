@@ -1,16 +1,20 @@
 //! Reads Wavefront OBJ files: one shape per group and material.
 //!
 //! Measure: the file's own units, in double precision; v of texture coordinates points up.
-//! Range: a file with at least one face; polygons are cut into triangles.
-//! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
+//! Range: a file with at least one face; polygons are cut into triangles. Faces without a material have the colours of their
+//! vertices, if these have any.
+//! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs`, `tests/loading/odd_models.rs` and
+//! `cli/tests/command/bad_input.rs`.
 
 use super::contents::Contents;
 use super::mtl;
 use super::obj_text::{Complaint, ObjText};
 use super::polygon::{Fans, note_on_uncovered};
 use super::wording::{shown, unknown_name};
-use super::{beside, read_any_text};
+use super::{beside, read_any_text, vertex_colours};
 use crate::error::{Error, Result};
+use crate::image::srgb;
+use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec2, DVec3};
 use crate::scene::description::{
     ColourDescription, GeometryDescription, MeshDescription, Note, NoteKind, Place,
@@ -32,46 +36,75 @@ pub fn load(
     material: Option<usize>,
     contents: &mut Contents,
 ) -> Result<Vec<ShapeDescription>> {
-    let mut obj = ObjText::read(&read_any_text(path)?).map_err(at(path))?;
+    let obj = ObjText::read(&read_any_text(path)?).map_err(at(path))?;
+    shapes(path, obj, material, contents)
+}
+
+/// Reads a model without its groups and with one material.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_whole(
+    path: &Path,
+    material: usize,
+    contents: &mut Contents,
+) -> Result<Vec<ShapeDescription>> {
+    let obj = ObjText::read_whole(&read_any_text(path)?).map_err(at(path))?;
+    shapes(path, obj, Some(material), contents)
+}
+
+fn shapes(
+    path: &Path,
+    mut obj: ObjText,
+    material: Option<usize>,
+    contents: &mut Contents,
+) -> Result<Vec<ShapeDescription>> {
     if obj.parts.is_empty() {
         return Err(Error::scene("expected a model, found no faces").in_file(path));
     }
     if obj.left_out > 0 {
         let count = obj.left_out;
         contents.note(Note::at(
-            whole_file(path),
+            Place::of_file(path),
             NoteKind::Omission,
             format!("{count} points and lines were left out"),
         ));
     }
-    if obj.coloured > 0 && material.is_none() {
-        let text = format!("the colours of {} vertices were left out", obj.coloured);
-        contents.note(Note::at(whole_file(path), NoteKind::Omission, text));
+    let has_colours = material.is_none() && obj.has_valid_colours();
+    if material.is_none()
+        && let Some(text) = note_on_colours(&obj)
+    {
+        contents.note(Note::at(Place::of_file(path), NoteKind::Omission, text));
     }
     let surfaces: Vec<Surface> = match material {
         Some(index) => vec![(index, None); obj.materials.len()],
+        // No face is grey.
+        None if has_colours && obj.libraries.is_empty() && obj.materials.is_empty() => vec![],
         None => surfaces(path, &obj, contents)?,
     };
 
-    let models = parse(&obj.for_parser())
+    let models = parse(&obj.for_parser(has_colours))
         .map_err(|error| Error::scene(format!("expected a model: {error}")).in_file(path))?;
     let unnamed = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut shapes = Vec::with_capacity(models.len());
     let mut uncovered = 0;
     for (part, model) in obj.parts.iter().zip(models) {
+        let group = part.group.map(|group| obj.groups[group].as_str());
+        let name = group.filter(|name| !name.is_empty()).unwrap_or(&unnamed);
+        let place = Place::on_line(path, part.line);
+        let (mut mesh, more) = to_mesh(&model.mesh);
+        uncovered += more;
         let (material, emission) = match (part.material, material) {
             (Some(name), _) => surfaces[name].clone(),
             (None, Some(index)) => (index, None),
+            (None, None) if has_colours => {
+                let colours = linear(&model.mesh.vertex_color);
+                let place = place.clone();
+                let index = vertex_colours::to_material(&mut mesh, &colours, place, contents)?;
+                (index, None)
+            }
             (None, None) => (contents.default_material(), None),
         };
-        let group = part.group.map(|group| obj.groups[group].as_str());
-        let name = group.filter(|name| !name.is_empty()).unwrap_or(&unnamed);
-        let place = Place {
-            file: path.to_path_buf(),
-            line: Some(part.line),
-        };
-        let (mesh, more) = to_mesh(&model.mesh);
-        uncovered += more;
         let geometry = GeometryDescription::Mesh(Arc::new(mesh));
         shapes.push(ShapeDescription {
             material,
@@ -80,26 +113,34 @@ pub fn load(
             ..ShapeDescription::new(shown(name), place, geometry)
         });
     }
-    if let Some(note) = note_on_uncovered(uncovered, whole_file(path)) {
+    if let Some(note) = note_on_uncovered(uncovered, Place::of_file(path)) {
         contents.note(note);
     }
     Ok(shapes)
 }
 
-/// Returns the place of what concerns a whole file.
-fn whole_file(path: &Path) -> Place {
-    Place {
-        file: path.to_path_buf(),
-        line: None,
+/// Returns the note on colours of vertices that are left out, if there are any: those out of range, and those of faces with a
+/// material.
+fn note_on_colours(obj: &ObjText) -> Option<String> {
+    if obj.coloured() == 0 {
+        return None;
     }
+    if !obj.has_valid_colours() {
+        return Some(format!(
+            "the colours of {} vertices were left out: expected numbers from 0 to 1",
+            obj.coloured()
+        ));
+    }
+    let text = "the colours of vertices of faces with a material were left out";
+    let have_material = obj.parts.iter().any(|part| part.material.is_some());
+    have_material.then(|| text.to_owned())
 }
 
-/// A line of a file.
-fn on(path: &Path, line: usize) -> Place {
-    Place {
-        file: path.to_path_buf(),
-        line: Some(line),
-    }
+/// Decodes the colours of vertices, which programs write as sRGB values.
+fn linear(encoded: &[f64]) -> Vec<Rgb> {
+    let (colours, _) = encoded.as_chunks();
+    let decoded = |colour: &[f64; 3]| Rgb::from(colour.map(|x| srgb::to_linear(x) as f32));
+    colours.iter().map(decoded).collect()
 }
 
 /// Converts a complaint about a line of a file into an error.
@@ -112,7 +153,7 @@ fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<S
     if obj.libraries.is_empty() {
         let grey = contents.default_material();
         contents.note(Note::at(
-            whole_file(path),
+            Place::of_file(path),
             NoteKind::Decision,
             "has no material library; drawn grey",
         ));
@@ -123,7 +164,11 @@ fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<S
         for library in library_files(path, written) {
             if !library.exists() {
                 let text = format!("the library {} is missing", shown(written));
-                contents.note(Note::at(on(path, *line), NoteKind::Omission, text));
+                contents.note(Note::at(
+                    Place::on_line(path, *line),
+                    NoteKind::Omission,
+                    text,
+                ));
                 continue;
             }
             mtl::read(&library, &mut known, contents)
@@ -134,13 +179,21 @@ fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<S
         let Some(entry) = known.get(name) else {
             let names: Vec<&str> = known.keys().map(String::as_str).collect();
             let text = format!("{}; drawn grey", unknown_name("material", name, &names));
-            contents.note(Note::at(on(path, *line), NoteKind::Omission, text));
+            contents.note(Note::at(
+                Place::on_line(path, *line),
+                NoteKind::Omission,
+                text,
+            ));
             return Ok((contents.default_material(), None));
         };
         entry.missing_images().for_each(|note| contents.note(note));
         let here = |error| named_in(error, path, *line);
         let material = entry.material(&mut contents.textures).map_err(here)?;
         let emission = entry.emission(&mut contents.textures).map_err(here)?;
+        let heights = entry.omitted_heights(&mut contents.textures);
+        if let Some(note) = heights.map_err(here)? {
+            contents.note(note);
+        }
         Ok((contents.add_material(material), emission))
     };
     obj.materials.iter().map(&mut surface).collect()

@@ -4,10 +4,10 @@
 //! corners of a group have texture coordinates, and repeats a group's name for each change of material. This pass
 //! therefore checks every line and rewrites the file: first all vertices, then one group for each [`Part`].
 //!
-//! Measure: lines and indices count from 1, as in the file.
-//! Range: errors have their line. Repaired: points and lines are left out; weights and colours of vertices are dropped;
-//! a missing second texture coordinate is 0; a face of which only some corners have texture coordinates or normals
-//! loses them. Other keywords are ignored.
+//! Measure: lines and indices count from 1, as in the file; colours of vertices are sRGB values.
+//! Range: errors have their line. Repaired: points and lines are left out; weights of vertices are dropped; a vertex without
+//! a colour is white where others have one; a missing second texture coordinate is 0; a face of which only some corners have
+//! texture coordinates or normals loses them. Other keywords are ignored.
 //! Source: the OBJ format, appendix B1 of Wavefront's Advanced Visualizer manual. Tested below.
 
 use super::wording::shown;
@@ -33,8 +33,8 @@ pub struct ObjText {
     pub materials: Vec<(usize, String)>,
     /// Number of points and lines that were left out.
     pub left_out: usize,
-    /// Number of vertices with a colour.
-    pub coloured: usize,
+    /// The colours of vertices, with the numbers of the vertices, counted from 0.
+    colours: Vec<(usize, [f32; 3])>,
 }
 
 /// The faces of one group and one material, with texture coordinates and normals for all corners or for none.
@@ -56,21 +56,69 @@ impl ObjText {
     /// # Errors
     /// The first invalid line.
     pub fn read(text: &str) -> Result<Self, Complaint> {
-        let mut reader = Reader::default();
+        Self::read_by(Reader::default(), text)
+    }
+
+    /// Reads all lines but those of groups and materials.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_whole(text: &str) -> Result<Self, Complaint> {
+        let reader = Reader {
+            is_whole: true,
+            ..Reader::default()
+        };
+        Self::read_by(reader, text)
+    }
+
+    fn read_by(mut reader: Reader, text: &str) -> Result<Self, Complaint> {
         for (line, content) in logical_lines(text) {
             reader.read(line, &content).map_err(|why| (line, why))?;
         }
         Ok(reader.obj)
     }
 
-    /// Returns the text for the parser, which finds one model per part, in their order.
-    pub fn for_parser(&mut self) -> String {
+    /// The number of vertices with a colour.
+    pub fn coloured(&self) -> usize {
+        self.colours.len()
+    }
+
+    /// Whether vertices have colours, all of them within [0, 1].
+    pub fn has_valid_colours(&self) -> bool {
+        let is_valid = |colour: &[f32; 3]| colour.iter().all(|x| (0.0..=1.0).contains(x));
+        !self.colours.is_empty() && self.colours.iter().all(|(_, colour)| is_valid(colour))
+    }
+
+    /// Returns the text for the parser, which finds one model per part, in their order, with the colours of vertices if they
+    /// are wanted.
+    pub fn for_parser(&mut self, with_colours: bool) -> String {
         let mut text = std::mem::take(&mut self.vertices);
+        if with_colours {
+            text = coloured(&text, &self.colours);
+        }
         for (index, part) in self.parts.iter_mut().enumerate() {
             write!(text, "g {index}\n{}", std::mem::take(&mut part.faces)).expect(INFALLIBLE);
         }
         text
     }
+}
+
+/// Returns the lines of vertices with their colours; vertices without one are white.
+fn coloured(lines: &str, colours: &[(usize, [f32; 3])]) -> String {
+    let mut text = String::with_capacity(2 * lines.len());
+    let mut colours = colours.iter().peekable();
+    let mut vertex = 0;
+    for line in lines.lines() {
+        text.push_str(line);
+        if line.starts_with("v ") {
+            let colour = colours.next_if(|(of, _)| *of == vertex);
+            let [r, g, b] = colour.map_or([1.0; 3], |(_, colour)| *colour);
+            write!(text, " {r:e} {g:e} {b:e}").expect(INFALLIBLE);
+            vertex += 1;
+        }
+        text.push('\n');
+    }
+    text
 }
 
 const INFALLIBLE: &str = "writing to a string does not fail";
@@ -88,6 +136,8 @@ type PartKey = (Option<usize>, Option<usize>, [bool; 2]);
 #[derive(Default)]
 struct Reader {
     obj: ObjText,
+    /// Whether groups and materials are ignored.
+    is_whole: bool,
     /// The number of each of [`KINDS`] so far.
     counts: [usize; 3],
     group: Option<usize>,
@@ -113,6 +163,7 @@ impl Reader {
             "vn" => self.vertex(2, "vn", words, 3)?,
             "f" => self.face(line, words)?,
             "p" | "l" => self.obj.left_out += 1,
+            "o" | "g" | "usemtl" | "mtllib" if self.is_whole => {}
             "o" | "g" => {
                 let next = self.groups.len();
                 let name = rest.to_owned();
@@ -167,8 +218,12 @@ impl Reader {
         }
         self.obj.vertices.push('\n');
         // Either a weight follows the coordinates, or red, green and blue.
-        let more = words.take_while(|word| word.parse::<f64>().is_ok()).count();
-        self.obj.coloured += usize::from(kind == 0 && more >= 3);
+        let mut more = words.map_while(|word| word.parse::<f32>().ok());
+        if kind == 0
+            && let (Some(r), Some(g), Some(b)) = (more.next(), more.next(), more.next())
+        {
+            self.obj.colours.push((self.counts[0], [r, g, b]));
+        }
         self.counts[kind] += 1;
         Ok(())
     }
@@ -324,7 +379,7 @@ mod tests {
         assert_eq!(obj.left_out, 2);
         assert_eq!(obj.materials, [(9, "m".to_owned())]);
         assert_eq!(
-            obj.for_parser(),
+            obj.for_parser(false),
             format!(
                 "{VERTICES}vt 0 0\nvn 0 0 1\ng 0\nf 1 2 3\ng 1\nf 1/1 2/1 3/1\n\
                  g 2\nf 1//1 2//1 3//1\nf 1//1 2//1 3//1\ng 3\nf 1/1/1 2/1/1 3/1/1\ng 4\nf 1 2 3\n"
@@ -333,10 +388,22 @@ mod tests {
     }
 
     #[test]
-    fn extra_vertex_components_are_dropped() {
-        let mut obj = ObjText::read("v 1 2 3 0\nv 1 2 3 .5 .5 .5\nvt 1 2 3\n").expect("valid");
-        assert_eq!(obj.coloured, 1);
-        assert_eq!(obj.for_parser(), "v 1 2 3\nv 1 2 3\nvt 1 2\n");
+    fn vertex_colours_are_kept_and_other_extra_components_dropped() {
+        let text = "v 1 2 3 0\nv 1 2 3 .5 .25 1 7\nv 1 2 3 1 1\nvt 1 2 3\n";
+        let read = || ObjText::read(text).expect("valid");
+        assert!(read().coloured() == 1 && read().has_valid_colours());
+        assert_eq!(
+            read().for_parser(false),
+            "v 1 2 3\nv 1 2 3\nv 1 2 3\nvt 1 2\n"
+        );
+        assert_eq!(
+            read().for_parser(true),
+            "v 1 2 3 1e0 1e0 1e0\nv 1 2 3 5e-1 2.5e-1 1e0\nv 1 2 3 1e0 1e0 1e0\nvt 1 2\n"
+        );
+        for wrong in ["v 1 2 3 255 0 0\n", "v 1 2 3 -1 0 0\n", "v 1 2 3 nan 0 0\n"] {
+            let obj = ObjText::read(wrong).expect(wrong);
+            assert!(obj.coloured() == 1 && !obj.has_valid_colours(), "{wrong}");
+        }
     }
 
     #[test]

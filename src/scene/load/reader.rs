@@ -120,10 +120,7 @@ impl<'a> Table<'a> {
 
     /// Returns the table's place in the file.
     pub fn place(&self) -> Place {
-        Place {
-            file: self.document.file.to_path_buf(),
-            line: Some(self.document.line(self.span.start)),
-        }
+        Place::on_line(self.document.file, self.document.line(self.span.start))
     }
 
     /// Returns an error about the table as a whole.

@@ -5,6 +5,7 @@
 //! one.
 //! Source: none needed. Tested in `tests/loading/pbrt/` and `tests/loading/mitsuba_shapes.rs`.
 
+use crate::math::functions::{acos, sin_cos};
 use crate::math::vec::{DVec2, DVec3};
 use crate::scene::description::MeshDescription;
 use std::f64::consts::TAU;
@@ -49,7 +50,7 @@ pub fn round(shape: Round, angle: f64) -> MeshDescription {
                 f64::from(x) / f64::from(columns),
                 f64::from(y) / f64::from(rows),
             );
-            let (sin, cos) = (u * angle.min(TAU)).sin_cos();
+            let (sin, cos) = sin_cos(u * angle.min(TAU));
             let ((radius, z), (across, up)) = profile(shape, v);
             mesh.positions
                 .push(DVec3::new(radius * cos, radius * sin, z));
@@ -72,8 +73,8 @@ pub fn round(shape: Round, angle: f64) -> MeshDescription {
 fn profile(shape: Round, v: f64) -> ((f64, f64), (f64, f64)) {
     match shape {
         Round::Sphere { from, to } => {
-            let [low, high] = [from, to].map(|z| z.clamp(-1.0, 1.0).acos());
-            let (sin, cos) = (low + v * (high - low)).sin_cos();
+            let [low, high] = [from, to].map(|z| acos(z.clamp(-1.0, 1.0)));
+            let (sin, cos) = sin_cos(low + v * (high - low));
             ((sin, cos), (sin, cos))
         }
         Round::Disk { inner } => ((1.0 - v * (1.0 - inner), 0.0), (0.0, 1.0)),

@@ -15,10 +15,7 @@ use super::vertex_colours;
 use super::wording::unknown_name;
 use crate::error::{Error, Result};
 use crate::math::vec::{DAffine3, DVec3};
-use crate::scene::description::{
-    GeometryDescription, MaterialDescription, MaterialModel, MeshDescription, Place,
-    ShapeDescription,
-};
+use crate::scene::description::{GeometryDescription, MeshDescription, Place, ShapeDescription};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -74,10 +71,7 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
         .map_or(Ok(DAffine3::IDENTITY), |value| transform(&value, &name))?;
     let motion = motion(&table, &name)?;
     let group = group(&table, contents)?;
-    let place = Place {
-        file: file.to_path_buf(),
-        line: Some(value.line()),
-    };
+    let place = Place::on_line(file, value.line());
 
     if shape_type == Type::Obj {
         let model = table.required("file")?;
@@ -134,13 +128,8 @@ fn ply(
         return Ok((GeometryDescription::Mesh(mesh), contents.default_material()));
     }
     let mut mesh = MeshDescription::clone(&mesh);
-    let reflectance = vertex_colours::to_texture(&mut mesh, &colours)?;
-    let model = MaterialModel::Diffuse { reflectance };
-    let place = Place {
-        file: path.to_path_buf(),
-        line: None,
-    };
-    let material = contents.add_material(MaterialDescription::new("colours", place, model));
+    let place = Place::of_file(path);
+    let material = vertex_colours::to_material(&mut mesh, &colours, place, contents)?;
     Ok((GeometryDescription::Mesh(Arc::new(mesh)), material))
 }
 

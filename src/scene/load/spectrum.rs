@@ -8,6 +8,7 @@
 
 use super::cie::{FIRST, STEP, TABLE};
 use super::named_spectra;
+use crate::math::functions::exp_m1;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DMat3, DVec3};
 use std::sync::LazyLock;
@@ -100,7 +101,7 @@ impl Spectrum {
     }
 
     /// The largest value.
-    pub fn most(&self) -> f64 {
+    pub fn max(&self) -> f64 {
         self.0.iter().map(|sample| sample[1]).fold(0.0, f64::max)
     }
 
@@ -181,7 +182,7 @@ fn emitted(power: impl Fn(f64) -> f64) -> Rgb {
 /// Planck's law up to the factor `C1`.
 fn planck(wavelength: f64, kelvin: f64) -> f64 {
     let x = 1e-3 * wavelength;
-    x.powi(-5) / (C2 / (wavelength * kelvin)).exp_m1()
+    x.powi(-5) / exp_m1(C2 / (wavelength * kelvin))
 }
 
 /// The colour of a chromaticity, of luminance 1.

@@ -2,11 +2,11 @@
 //!
 //! Measure: world units, degrees.
 //! Range: the composed transform is invertible; a matrix is affine.
-//! Source: docs/scene-format.md; Rodrigues' rotation, through glam. Tested in `tests/loading/scene_files.rs`.
+//! Source: docs/scene-format.md; Rodrigues' rotation. Tested in `tests/loading/scene_files.rs`.
 
 use super::reader::Value;
 use crate::error::Result;
-use crate::math::transform::is_invertible;
+use crate::math::transform::{is_invertible, rotation};
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 
 /// Reads a transform. `object` is its owner's name in errors.
@@ -39,15 +39,15 @@ fn step(entry: &Value<'_>) -> Result<DAffine3> {
         steps.push(DAffine3::from_scale(factors));
     }
     if let Some(rotate) = table.optional("rotate") {
-        let rotation = rotate.table()?;
-        let axis = rotation.required("axis")?;
+        let turn = rotate.table()?;
+        let axis = turn.required("axis")?;
         let direction = axis
             .vec3()?
             .try_normalize()
             .ok_or_else(|| axis.expected("an axis"))?;
-        let angle = rotation.required("angle")?.number()?.to_radians();
-        rotation.finish()?;
-        steps.push(DAffine3::from_axis_angle(direction, angle));
+        let angle = turn.required("angle")?.number()?.to_radians();
+        turn.finish()?;
+        steps.push(DAffine3::from_mat3(rotation(direction, angle)));
     }
     if let Some(translate) = table.optional("translate") {
         steps.push(DAffine3::from_translation(translate.vec3()?));

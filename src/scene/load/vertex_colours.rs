@@ -9,14 +9,33 @@
 //! the interpolation by at most a quarter of the excess. The corner with the least excess is chosen.
 //! Source: none needed. Tested below.
 
+use super::contents::Contents;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::vec::DVec2;
 use crate::memory;
-use crate::scene::description::{ColourDescription, MeshDescription};
+use crate::scene::description::{
+    ColourDescription, MaterialDescription, MaterialModel, MeshDescription, Place,
+};
 use std::sync::Arc;
+
+/// Adds a diffuse material of the colours of a mesh's vertices, and returns its index. The mesh is changed as by
+/// [`to_texture`].
+///
+/// # Errors
+/// If there is too little memory.
+pub fn to_material(
+    mesh: &mut MeshDescription,
+    colours: &[Rgb],
+    place: Place,
+    contents: &mut Contents,
+) -> Result<usize> {
+    let reflectance = to_texture(mesh, colours)?;
+    let model = MaterialModel::Diffuse { reflectance };
+    Ok(contents.add_material(MaterialDescription::new("colours", place, model)))
+}
 
 /// Gives each triangle vertices of its own, whose texture coordinates point into the texture that is returned. Existing
 /// texture coordinates are replaced. `colours` has one entry per vertex.

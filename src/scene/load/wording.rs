@@ -10,7 +10,7 @@ pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
     let name = shown(name);
     let nearest = known
         .iter()
-        .filter(|candidate| candidate.len() <= LONGEST_SHOWN)
+        .filter(|candidate| candidate.len() <= MAX_SHOWN)
         .map(|candidate| (strsim::damerau_levenshtein(&name, candidate), candidate))
         .min()
         .filter(|(distance, candidate)| *distance <= 1 + candidate.len() / 3);
@@ -29,14 +29,14 @@ pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
 }
 
 /// Maximum number of characters that a message quotes from a file.
-const LONGEST_SHOWN: usize = 80;
+const MAX_SHOWN: usize = 80;
 
 /// Maximum number of names that a message lists.
 const MAX_LISTED: usize = 24;
 
 /// Shortens a text from a file to one line for a message.
 pub fn shown(text: &str) -> String {
-    let end = text.char_indices().nth(LONGEST_SHOWN);
+    let end = text.char_indices().nth(MAX_SHOWN);
     let end = end.map_or(text.len(), |(index, _)| index);
     let mut shown = text[..end].replace(|c: char| c.is_control(), " ");
     if end < text.len() {

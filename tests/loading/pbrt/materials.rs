@@ -103,11 +103,10 @@ fn unsupported_materials_are_approximated_with_notes() {
     use NoteKind::{Approximation, Omission};
     for (text, kind) in [
         ("Material \"coateddiffuse\"", Approximation),
-        ("Material \"coatedconductor\"", Omission),
+        ("Material \"coatedconductor\"", Approximation),
         ("Material \"diffusetransmission\"", Omission),
         ("Material \"subsurface\"", Approximation),
         ("Material \"hair\"", Approximation),
-        ("Material \"diffuse\" \"float displacement\" 0.1", Omission),
         (
             "Material \"dielectric\" \"spectrum eta\" \"glass-BK7\"",
             Approximation,
@@ -115,6 +114,16 @@ fn unsupported_materials_are_approximated_with_notes() {
     ] {
         assert!(notes(&of(text)).contains(&(kind, 5)), "{text}");
     }
+    let scene = of(
+        "Material \"coatedconductor\" \"rgb conductor.eta\" [ 3 3 3 ] \"rgb conductor.k\" [ 6 6 6 ] \"float interface.eta\" 2",
+    );
+    let coat = scene.materials[0].clear_coat.expect("a coat");
+    assert_eq!((coat.weight, coat.roughness, coat.ior), (1.0, 0.0, 2.0));
+    let MaterialModel::Conductor { eta, k, .. } = model(&scene) else {
+        panic!("{:?}", model(&scene))
+    };
+    // Relative to the coat.
+    assert_eq!((*eta, *k), (Rgb::grey(1.5), Rgb::grey(3.0)));
     let scene =
         of("Material \"coateddiffuse\" \"rgb reflectance\" [ 0.1 0.2 0.3 ] \"float eta\" 1.4");
     assert!(matches!(
@@ -292,6 +301,28 @@ fn normal_map_is_read_as_an_image_texture() {
     let scene = world_with(text, [("t.pfm", picture())]);
     let map = scene.materials[0].normal_map.as_ref().expect("a map");
     assert!(matches!(map.texture.as_ref(), Texture::Image { .. }));
+}
+
+#[test]
+fn displacement_becomes_a_bump_map_beside_no_normal_map() {
+    let heights =
+        "Texture \"h\" \"float\" \"imagemap\" \"string filename\" \"t.pfm\" \"float scale\" 0.25\n";
+    let of = |keys: &str| {
+        let text = format!(
+            "{heights}Material \"diffuse\" \"texture displacement\" \"h\"{keys}\nShape \"sphere\""
+        );
+        world_with(&text, [("t.pfm", picture())])
+    };
+    let scene = of("");
+    let map = scene.materials[0].bump_map.as_ref().expect("a map");
+    assert_eq!((map.height, notes(&scene)), (1.0, vec![]));
+    let scene = of(" \"string normalmap\" \"t.pfm\"");
+    let material = &scene.materials[0];
+    assert!(material.normal_map.is_some() && material.bump_map.is_none());
+    assert!(notes(&scene).contains(&(NoteKind::Omission, HEAD.lines().count() + 2)));
+    // A constant displacement moves the surface nowhere.
+    let scene = world("Material \"diffuse\" \"float displacement\" 0.1\nShape \"sphere\"");
+    assert!(scene.materials[0].bump_map.is_none() && notes(&scene).is_empty());
 }
 
 #[test]

@@ -6,6 +6,7 @@
 
 use super::buffers::Asset;
 use crate::error::Result;
+use crate::math::functions::tan;
 use crate::math::transform::orientation;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{CameraDescription, FilmDescription, Note, NoteKind, Place};
@@ -28,10 +29,7 @@ pub fn camera(
     notes: &mut Vec<Note>,
 ) -> Result<(CameraDescription, Option<FilmDescription>)> {
     let wrong = |message: &str| asset.error(format!("cameras[{}]", camera.index()), message);
-    let place = Place {
-        file: asset.path.to_path_buf(),
-        line: None,
-    };
+    let place = Place::of_file(asset.path);
     // A node may scale its camera, which changes nothing.
     let back = to_world.transform_vector3(DVec3::Z);
     let up = to_world.transform_vector3(DVec3::Y);
@@ -54,7 +52,7 @@ pub fn camera(
                 return Err(wrong("expected a width and a height above 0"));
             }
             let fov = NEARLY_PARALLEL.to_radians();
-            to_world.translation += y / (0.5 * fov).tan() * to_world.matrix3.z_axis;
+            to_world.translation += y / tan(0.5 * fov) * to_world.matrix3.z_axis;
             notes.push(Note::at(
                 place.clone(),
                 NoteKind::Approximation,

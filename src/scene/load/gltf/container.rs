@@ -15,8 +15,10 @@ use serde::Deserialize;
 /// The extensions that a file may require.
 const READ: &[&str] = &[
     "KHR_lights_punctual",
+    "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",

@@ -77,10 +77,7 @@ pub fn light(
         }
     };
     Ok(LightDescription {
-        place: Place {
-            file: asset.path.to_path_buf(),
-            line: None,
-        },
+        place: Place::of_file(asset.path),
         model,
     })
 }

@@ -15,11 +15,11 @@ use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
-    ColourDescription, MaterialDescription, MaterialModel, NormalMapDescription, Note, NoteKind,
-    Place,
+    ClearCoatDescription, ColourDescription, MaterialDescription, MaterialModel,
+    NormalMapDescription, Note, NoteKind, Place,
 };
 use gltf::Material;
-use gltf::material::AlphaMode;
+use gltf::material::{AlphaMode, PbrSpecularGlossiness};
 use std::sync::Arc;
 
 /// A material as shapes need it.
@@ -39,6 +39,17 @@ pub struct VertexColour {
     pub texture: Option<ColourDescription>,
 }
 
+/// The largest reflectance at normal incidence that is taken for that of a dielectric.
+const MAX_DIELECTRIC: f32 = 0.2;
+
+/// Returns the factor of the base colour, and of alpha.
+pub fn base_color_factor(material: &Material<'_>) -> [f32; 4] {
+    match material.pbr_specular_glossiness() {
+        Some(surface) => surface.diffuse_factor(),
+        None => material.pbr_metallic_roughness().base_color_factor(),
+    }
+}
+
 /// The textures of a material.
 #[derive(Debug, Default)]
 pub struct Textures {
@@ -54,12 +65,13 @@ impl Textures {
     pub fn of(material: &Material<'_>) -> Self {
         let pbr = material.pbr_metallic_roughness();
         let transmission = material.transmission();
+        let (base_color, metallic_roughness) = match material.pbr_specular_glossiness() {
+            Some(surface) => (surface.diffuse_texture(), None),
+            None => (pbr.base_color_texture(), pbr.metallic_roughness_texture()),
+        };
         Self {
-            base_color: pbr.base_color_texture().as_ref().map(TextureReference::new),
-            metallic_roughness: pbr
-                .metallic_roughness_texture()
-                .as_ref()
-                .map(TextureReference::new),
+            base_color: base_color.as_ref().map(TextureReference::new),
+            metallic_roughness: metallic_roughness.as_ref().map(TextureReference::new),
             normals: material
                 .normal_texture()
                 .as_ref()
@@ -135,7 +147,9 @@ impl MaterialReader<'_> {
                 model
             }
         };
+        let clear_coat = if unlit { None } else { self.clear_coat(&model) };
         let mut material = MaterialDescription {
+            clear_coat,
             metallic_roughness_map: if unlit {
                 None
             } else {
@@ -157,13 +171,16 @@ impl MaterialReader<'_> {
     }
 
     fn base_color(&mut self, factor: Rgb) -> Result<ColourDescription> {
-        let [r, g, b, _] = self.material.pbr_metallic_roughness().base_color_factor();
+        let [r, g, b, _] = base_color_factor(self.material);
         let tint = factor * Rgb::new(r, g, b).map(share);
         let texture = self.varying(&self.textures.base_color, Channels::Srgb, tint)?;
         Ok(texture.unwrap_or(ColourDescription::Constant(tint)))
     }
 
     fn principled(&mut self, base_color: ColourDescription) -> Result<MaterialModel> {
+        if let Some(surface) = self.material.pbr_specular_glossiness() {
+            return Ok(self.specular_glossiness(&surface, base_color));
+        }
         let pbr = self.material.pbr_metallic_roughness();
         let ior = self.material.ior().unwrap_or(1.5);
         if ior < 1.0 || !ior.is_finite() {
@@ -177,6 +194,77 @@ impl MaterialReader<'_> {
             ior: if ior.is_finite() { ior.max(1.0) } else { 1.0 },
             transmission: self.transmission()?,
         })
+    }
+
+    /// Returns the model of KHR_materials_pbrSpecularGlossiness: a dielectric whose index has the specular reflectance, or
+    /// metal where that is above any dielectric's.
+    fn specular_glossiness(
+        &mut self,
+        surface: &PbrSpecularGlossiness<'_>,
+        base_color: ColourDescription,
+    ) -> MaterialModel {
+        if surface.specular_glossiness_texture().is_some() {
+            self.note(
+                NoteKind::Approximation,
+                "has a texture of specular colour and glossiness: the factors alone are used",
+            );
+        }
+        let specular = Rgb::from(surface.specular_factor().map(share));
+        let reflectance = specular.max_channel();
+        let is_metal = reflectance > MAX_DIELECTRIC;
+        let root = reflectance.sqrt();
+        MaterialModel::Principled {
+            base_color: if is_metal {
+                specular.into()
+            } else {
+                base_color
+            },
+            metallic: f32::from(u8::from(is_metal)),
+            roughness: 1.0 - share(surface.glossiness_factor()),
+            ior: if is_metal {
+                1.5
+            } else {
+                (1.0 + root) / (1.0 - root)
+            },
+            transmission: 0.0,
+        }
+    }
+
+    /// Returns the clear coat, if it covers anything and there is a base for it.
+    fn clear_coat(&mut self, model: &MaterialModel) -> Option<ClearCoatDescription> {
+        let extension = self.material.extension_value("KHR_materials_clearcoat")?;
+        let factor = |key: &str| {
+            let factor = extension.get(key).and_then(|it| it.as_f64());
+            share(factor.unwrap_or(0.0) as f32)
+        };
+        let coat = ClearCoatDescription {
+            weight: factor("clearcoatFactor"),
+            roughness: factor("clearcoatRoughnessFactor"),
+            ior: 1.5,
+        };
+        if coat.weight == 0.0 {
+            return None;
+        }
+        let textures = [
+            "clearcoatTexture",
+            "clearcoatRoughnessTexture",
+            "clearcoatNormalTexture",
+        ];
+        if textures.iter().any(|key| extension.get(key).is_some()) {
+            self.note(
+                NoteKind::Approximation,
+                "has textures of its clear coat, which are left out",
+            );
+        }
+        let is_opaque =
+            matches!(model, MaterialModel::Principled { transmission, .. } if *transmission == 0.0);
+        if !is_opaque {
+            self.note(
+                NoteKind::Omission,
+                "transmits light under a clear coat, which is left out",
+            );
+        }
+        is_opaque.then_some(coat)
     }
 
     /// Returns the model of a sheet, or with a note that of solid glass.
@@ -242,9 +330,11 @@ impl MaterialReader<'_> {
         }
         let texture = self.varying(&self.textures.normals, Channels::Linear, Rgb::WHITE)?;
         Ok(match texture {
-            Some(ColourDescription::Texture(texture)) => {
-                Some(NormalMapDescription { texture, strength })
-            }
+            Some(ColourDescription::Texture(texture)) => Some(NormalMapDescription {
+                texture,
+                strength,
+                is_right_handed: false,
+            }),
             // The mean of normals is hardly tilted.
             _ => None,
         })
@@ -255,7 +345,7 @@ impl MaterialReader<'_> {
         if mode == AlphaMode::Opaque {
             return Ok(());
         }
-        let [.., factor] = self.material.pbr_metallic_roughness().base_color_factor();
+        let [.., factor] = base_color_factor(self.material);
         let tint = Rgb::grey(share(factor) * share(of_vertices));
         let texture = self.varying(&self.textures.base_color, Channels::Alpha, tint)?;
         material.alpha = texture.unwrap_or(ColourDescription::Constant(tint));
@@ -326,10 +416,7 @@ impl MaterialReader<'_> {
     }
 
     fn place(&self) -> Place {
-        Place {
-            file: self.asset.path.to_path_buf(),
-            line: None,
-        }
+        Place::of_file(self.asset.path)
     }
 
     fn error(&self, key: &str, message: &str) -> crate::Error {

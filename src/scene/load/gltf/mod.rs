@@ -24,18 +24,18 @@ mod primitives;
 mod texture;
 mod thin;
 
-use super::colour::most;
+use super::bounds;
 use super::contents::Contents;
-use super::model::{bounds_of, framed, sky_unless};
+use super::model::{framed, sky_unless};
 use super::read_bytes;
 use super::wording::{shown, unknown_name};
 use crate::error::{Error, Result};
 use crate::math::bounds::Bounds;
 use crate::math::transform::is_invertible;
-use crate::math::vec::{DAffine3, DVec3};
+use crate::math::vec::DAffine3;
 use crate::scene::description::{
     CameraDescription, ColourDescription, FilmDescription, InstanceDescription, LightDescription,
-    Note, NoteKind, Place, SceneDescription,
+    Note, NoteKind, Place, SceneDescription, ShapeDescription,
 };
 use buffers::Asset;
 use container::Container;
@@ -71,12 +71,15 @@ pub fn load(path: &Path, camera: Option<&str>) -> Result<SceneDescription> {
     let camera = camera_of(&asset, &placed, camera, &mut contents)?;
     let emissions = contents.shapes.iter().filter_map(|it| it.emission.as_ref());
     // Without a camera, glowing parts of a model, such as its screens, do not count as its lamps.
-    let is_lamp = |it: &ColourDescription| camera.is_some() || most(it).max_channel() > 1.0;
+    let is_lamp = |it: &ColourDescription| camera.is_some() || it.brightest().max_channel() > 1.0;
     let is_lit = !lights.is_empty() || emissions.into_iter().any(is_lamp);
     lights.extend(sky_unless(is_lit, path, &mut contents));
     let (view, film) = match camera {
         Some(found) => found,
-        None => (framed(path, &bounds(&contents), &mut contents)?, None),
+        None => {
+            let bounds = bounds::of_all(&contents, bounds_of_box);
+            (framed(path, &bounds, &mut contents)?, None)
+        }
     };
     Ok(SceneDescription {
         film: film.unwrap_or_default(),
@@ -90,16 +93,9 @@ pub fn load(path: &Path, camera: Option<&str>) -> Result<SceneDescription> {
     })
 }
 
+/// A note on a file: JSON is not read with its lines.
 fn of_file(path: &Path, kind: NoteKind, text: impl Into<String>) -> Note {
-    Note::at(whole(path), kind, text)
-}
-
-/// The place of everything in a file: JSON is not read with its lines.
-fn whole(path: &Path) -> Place {
-    Place {
-        file: path.to_path_buf(),
-        line: None,
-    }
+    Note::at(Place::of_file(path), kind, text)
 }
 
 /// Notes what moves and is shown at rest.
@@ -167,7 +163,7 @@ fn meshes(asset: &Asset<'_>, placed: &[Placed<'_>], contents: &mut Contents) -> 
         let Some(of) = group else { continue };
         contents.instances.push(InstanceDescription {
             name: it.name(),
-            place: whole(asset.path),
+            place: Place::of_file(asset.path),
             of,
             group: None,
             transform: it.to_world,
@@ -258,39 +254,8 @@ fn camera_of(
     Ok(Some(camera))
 }
 
-/// The bounds of everything that is placed: of the boxes of all meshes.
-fn bounds(contents: &Contents) -> Bounds {
-    let mut of_groups = vec![Bounds::default(); contents.groups.len()];
-    let mut whole = Bounds::default();
-    for shape in &contents.shapes {
-        let within = transformed(&bounds_of(shape), &shape.transform);
-        let around = match shape.group {
-            Some(group) => &mut of_groups[group],
-            None => &mut whole,
-        };
-        *around = around.union(within);
-    }
-    for instance in &contents.instances {
-        whole = whole.union(transformed(&of_groups[instance.of], &instance.transform));
-    }
-    whole
-}
-
-/// The bounds of a transformed box.
-fn transformed(bounds: &Bounds, transform: &DAffine3) -> Bounds {
-    if bounds.is_empty() {
-        return *bounds;
-    }
-    let corners = (0..8).map(|corner| {
-        let axis = |i: usize| {
-            let side = if corner >> i & 1 == 0 {
-                bounds.min
-            } else {
-                bounds.max
-            };
-            side[i]
-        };
-        transform.transform_point3(DVec3::new(axis(0), axis(1), axis(2)))
-    });
-    Bounds::around(corners)
+/// The bounds of a shape: of the box around its mesh, as the mesh is placed.
+fn bounds_of_box(shape: &ShapeDescription) -> Bounds {
+    let of_mesh = bounds::of_geometry(&shape.geometry, &DAffine3::IDENTITY);
+    of_mesh.transformed(&shape.transform)
 }

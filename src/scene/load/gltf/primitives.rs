@@ -9,17 +9,18 @@ use super::super::contents::Contents;
 use super::super::vertex_colours;
 use super::super::wording::shown;
 use super::buffers::Asset;
-use super::material::{MaterialReader, Surface, Textures, VertexColour};
+use super::material::{MaterialReader, Surface, Textures, VertexColour, base_color_factor};
 use super::mesh::{Meshes, PrimitiveMesh, VertexColours};
+use super::of_file;
 use super::texture::Images;
 use super::thin::{has_border, is_thin, memory_for};
-use super::{of_file, whole};
 use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
-    ColourDescription, GeometryDescription, MeshDescription, NoteKind, ShapeDescription,
+    ColourDescription, GeometryDescription, MeshDescription, NoteKind, Place, ShapeDescription,
 };
 use gltf::Mesh;
+use gltf::material::AlphaMode;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -109,7 +110,7 @@ impl<'a> Primitives<'a> {
                 two_sided_emission,
                 ..ShapeDescription::new(
                     name.clone(),
-                    whole(self.asset.path),
+                    Place::of_file(self.asset.path),
                     GeometryDescription::Mesh(mesh),
                 )
             });
@@ -183,7 +184,11 @@ impl<'a> Primitives<'a> {
         field: &str,
         contents: &mut Contents,
     ) -> Result<(Arc<MeshDescription>, Known)> {
-        let [r, g, b, _] = look.material.pbr_metallic_roughness().base_color_factor();
+        if alpha < 1.0 && look.material.alpha_mode() != AlphaMode::Opaque {
+            let text = format!("{field}: the mean of the alpha of vertices is used");
+            contents.note(of_file(self.asset.path, NoteKind::Approximation, text));
+        }
+        let [r, g, b, _] = base_color_factor(look.material);
         let factor = Rgb::new(r, g, b).map(|x| x.clamp(0.0, 1.0));
         let colours: Vec<Rgb> = colours.iter().map(|&colour| factor * colour).collect();
         self.meshes.take(

@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::geometry::uv_map::{UvMap, Wrap};
 use crate::image::{ColourSpace, Image};
+use crate::math::functions::sin_cos;
 use crate::math::rgb::Rgb;
 use gltf::json::Value;
 use gltf::texture::{MagFilter, WrappingMode};
@@ -118,7 +119,7 @@ fn wrap(mode: WrappingMode) -> Wrap {
 /// The rows of the transform, for coordinates with v up. That of the extension is for v down: translation times rotation
 /// times scale.
 fn rows([x, y]: [f32; 2], rotation: f32, [scale_u, scale_v]: [f32; 2]) -> [[f32; 3]; 2] {
-    let (sin, cos) = f64::from(rotation).sin_cos();
+    let (sin, cos) = sin_cos(f64::from(rotation));
     let [x, y, scale_u, scale_v] = [x, y, scale_u, scale_v].map(f64::from);
     let down = [
         [cos * scale_u, sin * scale_v, x],

@@ -70,10 +70,7 @@ pub fn read(path: &Path) -> Result<Object> {
         tag: "scene".to_owned(),
         kind: String::new(),
         id: "the scene".to_owned(),
-        place: Place {
-            file: path.to_path_buf(),
-            line: None,
-        },
+        place: Place::of_file(path),
         folders,
         properties: reader.objects.resolved(written)?,
     })
@@ -106,10 +103,10 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     pub(super) fn place(&self, node: Node<'_, '_>) -> Place {
         let start = node.range().start;
-        Place {
-            file: self.path.to_path_buf(),
-            line: Some(1 + self.line_ends.partition_point(|&end| end < start)),
-        }
+        Place::on_line(
+            self.path,
+            1 + self.line_ends.partition_point(|&end| end < start),
+        )
     }
 }
 

@@ -20,7 +20,15 @@ use crate::scene::description::{ColourDescription, LightDescription, LightModel,
 use std::sync::Arc;
 
 const KNOWN: &[&str] = &["area", "constant", "envmap", "point", "spot", "directional"];
-const LEFT_OUT: &[&str] = &["projector", "directionalarea", "sunsky", "timed_sunsky"];
+const LEFT_OUT: &[&str] = &[
+    "projector",
+    "directionalarea",
+    "sunsky",
+    "timed_sunsky",
+    // Of versions before 2.
+    "sky",
+    "sun",
+];
 
 /// Returns the radiance of an emitting shape, and the transform of the coordinates of its texture.
 ///
@@ -144,6 +152,7 @@ fn environment(emitter: &Object, contents: &mut Contents) -> Result<LightModel> 
     let Texture::Image { mut image, scale } = texture else {
         return Err(emitter.error("expected an image"));
     };
+    image = texture::from_zero(image, emitter, contents);
     let axes = emitter.transform("to_world")?.matrix3;
     let unit = |axis: DVec3| axis.normalize_or_zero();
     let mut turn = DMat3::from_cols(unit(axes.x_axis), unit(axes.y_axis), unit(axes.z_axis));
@@ -161,7 +170,7 @@ fn environment(emitter: &Object, contents: &mut Contents) -> Result<LightModel> 
     }
     Ok(LightModel::Environment {
         radiance: ColourDescription::Texture(Arc::new(Texture::Image { image, scale })),
-        to_world: orthonormal(turn) * DMat3::from_rotation_y(std::f64::consts::PI),
+        to_world: orthonormal(turn) * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0)),
     })
 }
 

@@ -6,6 +6,7 @@
 //! Source: Mitsuba 3 documentation, "Shapes"; smooth normals: Thürmer and Wüthrich 1998, "Computing Vertex Normals from
 //! Polygonal Facets". Tested in `tests/loading/mitsuba.rs`.
 
+use crate::math::transform::angle;
 use crate::math::vec::{DAffine2, DMat3, DVec2, DVec3};
 use crate::scene::description::MeshDescription;
 
@@ -85,7 +86,7 @@ fn smooth_normals(mesh: &MeshDescription, to_world: DMat3) -> Vec<DVec3> {
                 points[(i + 1) % 3] - points[i],
                 points[(i + 2) % 3] - points[i],
             );
-            normals[corners[i]] += to_next.angle_between(to_last) * normal;
+            normals[corners[i]] += angle(to_next, to_last) * normal;
         }
     }
     // Normals are transformed to the world by the inverse transpose. A vertex of no triangle, or whose triangles cancel,
@@ -117,21 +118,21 @@ fn face([u, v, center]: [DVec3; 3]) -> MeshDescription {
 
 /// Mitsuba's cube: from -1 to 1 on every axis, facing outwards, each side with texture coordinates from 0 to 1.
 pub fn cube() -> MeshDescription {
+    /// The normal of each side, and the directions of Mitsuba's u and v, whose v points down an image.
+    const SIDES: [[DVec3; 3]; 6] = [
+        [DVec3::NEG_Y, DVec3::Z, DVec3::X],
+        [DVec3::Y, DVec3::NEG_X, DVec3::NEG_Z],
+        [DVec3::X, DVec3::Y, DVec3::NEG_Z],
+        [DVec3::Z, DVec3::Y, DVec3::X],
+        [DVec3::NEG_X, DVec3::Y, DVec3::Z],
+        [DVec3::NEG_Z, DVec3::NEG_Y, DVec3::X],
+    ];
     let mut cube = MeshDescription::default();
-    for normal in [
-        DVec3::X,
-        DVec3::NEG_X,
-        DVec3::Y,
-        DVec3::NEG_Y,
-        DVec3::Z,
-        DVec3::NEG_Z,
-    ] {
-        let u = if normal.y == 0.0 {
-            DVec3::Y.cross(normal)
-        } else {
-            DVec3::X
-        };
-        let side = face([u, normal.cross(u), normal]);
+    for [normal, u, v] in SIDES {
+        let mut side = face([v, u, normal]);
+        for uv in &mut side.uvs {
+            *uv = DVec2::new(uv.y, uv.x);
+        }
         let first = cube.positions.len() as u32;
         cube.positions.extend(side.positions);
         cube.normals.extend(side.normals);

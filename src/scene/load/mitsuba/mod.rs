@@ -5,7 +5,6 @@
 //! Source: Mitsuba 3 documentation, "Scene XML file format". Tested in `tests/loading/mitsuba.rs` and the files beside it
 //! of this prefix, and against Mitsuba by `scripts/against-mitsuba.py`.
 
-mod conductor;
 mod document;
 mod emitter;
 mod folders;

@@ -201,6 +201,17 @@ impl Object {
         Note::at(self.place.clone(), kind, format!("{}: {text}", self.id))
     }
 
+    /// Notes that properties are left out, unless they are 0, which has no effect.
+    pub fn note_unless_zero(&self, names: &[&str], contents: &mut Contents) {
+        for name in names {
+            let value = self.get(name).map(|property| &property.value);
+            if !matches!(value, None | Some(Value::Number(0.0))) {
+                let text = format!("`{name}` is not supported: left out");
+                contents.note(self.note(NoteKind::Omission, &text));
+            }
+        }
+    }
+
     /// Notes the properties that nothing requested; `harmless` ones do not change the image.
     pub fn note_unused(&self, harmless: &[&str], contents: &mut Contents) {
         for property in &self.properties {

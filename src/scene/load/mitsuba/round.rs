@@ -1,7 +1,8 @@
 //! The disks, spheres and cylinders of a Mitsuba scene.
 //!
 //! Measure: world units.
-//! Range: disks and spheres stay round; cylinders are cut into triangles, with a note.
+//! Range: disks and spheres stay round; cylinders, elliptic disks and spheres turned inside out are cut into triangles,
+//! with a note.
 //! Source: Mitsuba 3 documentation, "Shapes". Tested in `tests/loading/mitsuba.rs` and
 //! `tests/loading/mitsuba_shapes.rs`.
 
@@ -54,6 +55,17 @@ pub fn cylinder(
     Ok((GeometryDescription::Mesh(Arc::clone(mesh)), placed))
 }
 
+/// The options of a round shape that is cut whole. It has normals, so that the transform has no effect on the mesh.
+fn whole(flip: bool, surface: &Surface) -> MeshOptions {
+    MeshOptions {
+        flip,
+        to_uv: surface.to_uv,
+        to_world: DMat3::IDENTITY,
+        face_normals: false,
+        flip_v: true,
+    }
+}
+
 /// Notes that the texture coordinates of a round shape differ.
 fn note_uvs(shape: &Object, contents: &mut Contents) {
     let text = "textures lie differently on it";
@@ -63,7 +75,7 @@ fn note_uvs(shape: &Object, contents: &mut Contents) {
 /// A disk in the world.
 ///
 /// # Errors
-/// If the transform makes it elliptic.
+/// If the transform makes it a line or a point.
 pub fn disk(
     shape: &Object,
     to_world: DAffine3,
@@ -84,8 +96,18 @@ pub fn disk(
     } else {
         -x.cross(y)
     };
-    if !is_round || radius == 0.0 || upright == DVec3::ZERO {
-        return Err(shape.error_at("to_world", "expected a transform that keeps the disk round"));
+    if upright == DVec3::ZERO {
+        return Err(shape.error_at(
+            "to_world",
+            "expected a transform that keeps the disk's area",
+        ));
+    }
+    if !is_round {
+        let text = "an elliptic disk was cut into triangles";
+        contents.note(shape.note(NoteKind::Approximation, text));
+        let options = whole(flip, surface);
+        let mesh = finished(revolution::round(Round::Disk { inner: 0.0 }, TAU), &options);
+        return Ok((GeometryDescription::Mesh(Arc::new(mesh)), to_world));
     }
     let geometry = GeometryDescription::Disk {
         center: to_world.translation,
@@ -111,11 +133,7 @@ pub fn sphere(
     let axes = to_world.matrix3;
     let lengths = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length);
     let scale = lengths[0];
-    let turned = DMat3::from_cols(
-        axes.x_axis / scale,
-        axes.y_axis / scale,
-        axes.z_axis / scale,
-    );
+    let turned = axes * (1.0 / scale);
     let error = turned * turned.transpose() - DMat3::IDENTITY;
     if !error.to_cols_array().into_iter().all(|x| x.abs() < 1e-4) {
         return Err(shape.error_at(
@@ -123,9 +141,24 @@ pub fn sphere(
             "expected a transform that scales the sphere uniformly",
         ));
     }
-    if flip {
-        let text = "`flip_normals` of a sphere is not supported: it has its outside outside";
+    // Exporters write single precision, and numbers of few digits.
+    let x = turned.x_axis.normalize();
+    let y = (turned.y_axis - turned.y_axis.dot(x) * x).normalize();
+    let turned = DMat3::from_cols(x, y, x.cross(y) * turned.determinant().signum());
+    // Mitsuba decides by the sign of the transform's determinant.
+    if flip != (turned.determinant() < 0.0) {
+        let text = "a sphere turned inside out was cut into triangles";
         contents.note(shape.note(NoteKind::Approximation, text));
+        let options = whole(true, surface);
+        let poles = Round::Sphere {
+            from: -1.0,
+            to: 1.0,
+        };
+        let mesh = finished(revolution::round(poles, TAU), &options);
+        let placed = to_world
+            * DAffine3::from_translation(center)
+            * DAffine3::from_scale(DVec3::splat(radius));
+        return Ok((GeometryDescription::Mesh(Arc::new(mesh)), placed));
     }
     if surface
         .to_uv

@@ -10,6 +10,7 @@ use super::super::wording::unknown_name;
 use super::object::Object;
 use crate::error::Result;
 use crate::image::MAX_SIDE;
+use crate::math::functions::{atan, hypot, tan};
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::scene::description::{
     CameraDescription, FilmDescription, FilterDescription, FilterKind, NoteKind, RenderDescription,
@@ -66,6 +67,10 @@ pub fn sensor(
         camera.focus_distance =
             sensor.number_where("focus_distance", far_clip, "a number above 0", above_0)?;
     }
+    sensor.note_unless_zero(
+        &["principal_point_offset_x", "principal_point_offset_y"],
+        contents,
+    );
     sensor.note_unused(
         &[
             "near_clip",
@@ -114,7 +119,7 @@ fn field_of_view(sensor: &Object, film: &FilmDescription) -> Result<f64> {
             let extent = match sensor.text("fov_axis")?.unwrap_or("x") {
                 "x" => width,
                 "y" => height,
-                "diagonal" => width.hypot(height),
+                "diagonal" => hypot(width, height),
                 "smaller" => width.min(height),
                 "larger" => width.max(height),
                 other => {
@@ -127,7 +132,7 @@ fn field_of_view(sensor: &Object, film: &FilmDescription) -> Result<f64> {
                     sensor.error_at("fov", "expected an angle above 0 and below 180 degrees")
                 );
             }
-            (height / extent, (0.5 * fov.to_radians()).tan())
+            (height / extent, tan(0.5 * fov.to_radians()))
         }
         // Of film for still cameras, 36 x 24 mm, along its diagonal.
         (None, _) => {
@@ -145,12 +150,12 @@ fn field_of_view(sensor: &Object, film: &FilmDescription) -> Result<f64> {
                     sensor.error_at("focal_length", "expected a number of mm above 0")
                 })?;
             (
-                height / width.hypot(height),
-                0.5 * 36.0_f64.hypot(24.0) / focal,
+                height / hypot(width, height),
+                0.5 * hypot(36.0, 24.0) / focal,
             )
         }
     };
-    Ok(2.0 * (share * angle).atan())
+    Ok(2.0 * atan(share * angle))
 }
 
 fn film(film: &Object, contents: &mut Contents) -> Result<FilmDescription> {

@@ -17,16 +17,17 @@ const MAGIC: u16 = 0x041c;
 const NORMALS: u32 = 0x1;
 const UVS: u32 = 0x2;
 const COLOURS: u32 = 0x8;
+const FACE_NORMALS: u32 = 0x10;
 const DOUBLE: u32 = 0x2000;
 
 /// The number of bytes that are decompressed at a time.
 const PIECE: usize = 1 << 20;
 
-/// Reads mesh number `index` of a file.
+/// Reads mesh number `index` of a file, and whether it is to have the normals of its faces.
 ///
 /// # Errors
 /// If the file cannot be read, has no such mesh, or the mesh is damaged.
-pub fn read(path: &Path, index: usize) -> Result<MeshDescription> {
+pub fn read(path: &Path, index: usize) -> Result<(MeshDescription, bool)> {
     let bytes = super::super::read_bytes(path)?;
     let mesh = find(&bytes, index).and_then(|(stream, version)| inflate(stream, version));
     mesh.map_err(|why| Error::scene(format!("mesh {index}: {why}")).in_file(path))
@@ -77,7 +78,7 @@ fn find(bytes: &[u8], index: usize) -> std::result::Result<(&[u8], u16), String>
     }
 }
 
-fn inflate(stream: &[u8], version: u16) -> std::result::Result<MeshDescription, String> {
+fn inflate(stream: &[u8], version: u16) -> std::result::Result<(MeshDescription, bool), String> {
     let mut reader = Inflated(ZlibDecoder::new(stream));
     let flags = reader.whole(4)? as u32;
     if version == 4 {
@@ -128,12 +129,13 @@ fn inflate(stream: &[u8], version: u16) -> std::result::Result<MeshDescription, 
     }
     let (indices, _) = indices.as_chunks();
     let (uvs, _) = uvs.as_chunks();
-    Ok(MeshDescription {
+    let mesh = MeshDescription {
         positions,
         normals,
         uvs: uvs.iter().copied().map(DVec2::from_array).collect(),
         indices: indices.to_vec(),
-    })
+    };
+    Ok((mesh, flags & FACE_NORMALS != 0))
 }
 
 fn triples(numbers: &[f64]) -> Vec<DVec3> {

@@ -218,7 +218,7 @@ fn geometries(
             options.flip_v = shape.truth("flip_tex_coords", true)?;
             let path = shape.file()?;
             let named = |error: crate::Error| shape.error(&error.to_string()).of_kind(error.kind());
-            let models = obj::load(&path, Some(surface.material), contents).map_err(named)?;
+            let models = obj::load_whole(&path, surface.material, contents).map_err(named)?;
             let meshes = models.into_iter().filter_map(|model| match model.geometry {
                 GeometryDescription::Mesh(mesh) => {
                     Some(as_mesh(Arc::unwrap_or_clone(mesh), &options))
@@ -241,10 +241,12 @@ fn geometries(
             let index =
                 shape.number_where("shape_index", 0.0, "a whole number of at least 0", is_index)?;
             let named = |error: crate::Error| shape.error(&error.to_string()).of_kind(error.kind());
-            as_mesh(
-                serialized::read(&shape.file()?, index as usize).map_err(named)?,
-                &options,
-            )
+            let read = serialized::read(&shape.file()?, index as usize);
+            let (mesh, is_faceted) = read.map_err(named)?;
+            if shape.get("face_normals").is_none() {
+                options.face_normals = is_faceted;
+            }
+            as_mesh(mesh, &options)
         }
         "cube" => as_mesh(mesh::cube(), &options),
         "rectangle" if surface.to_uv.is_none() && !flip => (

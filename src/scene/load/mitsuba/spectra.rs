@@ -11,7 +11,7 @@ use crate::math::rgb::Rgb;
 use std::rc::Rc;
 
 /// The largest value of a spectrum, so that integrals of it are finite.
-const MOST: f64 = 1e30;
+const MAX_VALUE: f64 = 1e30;
 
 /// The meaning of a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,10 +40,10 @@ impl Spectral {
     /// # Errors
     /// If one is too large: a text that says what was expected.
     pub fn of_samples(samples: Spectrum) -> Result<Self, String> {
-        match samples.most() {
-            most if most > MOST => {
-                Err(format!("expected values of at most {MOST:e}, found {most}"))
-            }
+        match samples.max() {
+            max if max > MAX_VALUE => Err(format!(
+                "expected values of at most {MAX_VALUE:e}, found {max}"
+            )),
             _ => Ok(Self::Sampled(Rc::new(samples))),
         }
     }
@@ -61,11 +61,11 @@ impl Spectral {
         if !text.contains(':') {
             let mut words = words().map(number);
             return match (words.next(), words.next()) {
-                (Some(Some(value)), None) if (0.0..=MOST).contains(&value) => {
+                (Some(Some(value)), None) if (0.0..=MAX_VALUE).contains(&value) => {
                     Ok(Self::Uniform(value))
                 }
                 _ => Err(format!(
-                    "expected one value from 0 to {MOST:e}, or pairs of wavelength and value such as 400:0.5, found {}",
+                    "expected one value from 0 to {MAX_VALUE:e}, or pairs of wavelength and value such as 400:0.5, found {}",
                     shown(text)
                 )),
             };

@@ -14,7 +14,8 @@ use super::object::{Object, Value};
 use super::spectra::{Kind, Spectral};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
-use crate::image::ColourSpace;
+use crate::geometry::uv_map::Wrap;
+use crate::image::{ColourSpace, Image};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine2, DMat2, DVec2, Vec2};
 use crate::scene::description::{ColourDescription, NoteKind};
@@ -32,8 +33,11 @@ pub fn texture(
     let made = match texture.kind.as_str() {
         "bitmap" => bitmap(texture, kind, contents)?,
         "checkerboard" => {
-            let colour = |name: &str, default: f32| match texture.get(name) {
-                Some(property) => property.colour(kind),
+            let mut colour = |name: &str, default: f32| match texture.get(name) {
+                Some(property) => match &property.value {
+                    Value::Object(nested) => colour_of(nested, kind, contents),
+                    _ => property.colour(kind),
+                },
                 None => Ok(Rgb::grey(default)),
             };
             let colours = [colour("color1", 0.2)?, colour("color0", 0.4)?];
@@ -90,6 +94,30 @@ pub fn texture(
     Ok((ColourDescription::Texture(Arc::new(made)), Some(to_uv)))
 }
 
+/// The colour of a spectrum, or the mean of a texture, with a note.
+fn colour_of(nested: &Object, kind: Kind, contents: &mut Contents) -> Result<Rgb> {
+    match texture(nested, kind, contents)?.0 {
+        ColourDescription::Constant(colour) => Ok(colour),
+        ColourDescription::Texture(texture) => {
+            let text = "its mean is the colour of a checkerboard's fields";
+            contents.note(nested.note(NoteKind::Approximation, text));
+            Ok(texture.mean())
+        }
+    }
+}
+
+/// The image with 0 in place of values below it, and a note if there are any.
+pub fn from_zero(image: Arc<Image>, of: &Object, contents: &mut Contents) -> Arc<Image> {
+    let is_below = |pixel: &Rgb| pixel.to_array().iter().any(|x| *x < 0.0);
+    if !image.pixels().iter().any(is_below) {
+        return image;
+    }
+    contents.note(of.note(NoteKind::Approximation, "values below 0 are taken as 0"));
+    let raised = |pixel: &Rgb| pixel.map(|x| if x < 0.0 { 0.0 } else { x });
+    let pixels = image.pixels().iter().map(raised).collect();
+    Arc::new(Image::new(image.width(), image.height(), pixels))
+}
+
 fn bitmap(texture: &Object, kind: Kind, contents: &mut Contents) -> Result<Texture> {
     let path = texture.file()?;
     let raw = texture.truth("raw", false)?;
@@ -104,27 +132,29 @@ fn bitmap(texture: &Object, kind: Kind, contents: &mut Contents) -> Result<Textu
     {
         contents.note(texture.note(NoteKind::Approximation, "interpolated bilinearly"));
     }
-    if texture
-        .text("wrap_mode")?
-        .is_some_and(|mode| mode != "repeat")
-    {
-        contents.note(texture.note(NoteKind::Approximation, "repeats outside of [0, 1]"));
-    }
+    let wrap = match texture.text("wrap_mode")? {
+        None => Wrap::Repeat,
+        Some(mode) => {
+            let known = Wrap::ALL.iter().find(|(name, _)| *name == mode);
+            let (_, wrap) = known.ok_or_else(|| {
+                let names = Wrap::ALL.iter().map(|(name, _)| *name);
+                let why = unknown_name("wrap mode", mode, &names.collect::<Vec<_>>());
+                texture.error_at("wrap_mode", &why)
+            })?;
+            *wrap
+        }
+    };
     let wrong = |error: crate::Error| texture.error(&error.to_string()).of_kind(error.kind());
     let made = contents.textures.read(&path, space, 1.0).map_err(wrong)?;
-    if let Texture::Image { image, .. } = &made
-        && let Some(texel) = image
-            .pixels()
-            .iter()
-            .find(|p| !p.is_finite() || p.to_array().iter().any(|x| *x < 0.0))
-    {
-        let why = format!(
-            "expected pixels of at least 0, found {:?}",
-            texel.to_array()
-        );
+    let Texture::Image { image, scale } = made else {
+        return Err(texture.error("expected an image"));
+    };
+    let image = from_zero(image, texture, contents);
+    if let Some(texel) = image.pixels().iter().find(|p| !p.is_finite()) {
+        let why = format!("expected finite pixels, found {:?}", texel.to_array());
         return Err(texture.error(&why));
     }
-    Ok(made)
+    Ok(Texture::Image { image, scale }.continued(wrap))
 }
 
 /// A spectrum of samples, at equal distances or not.

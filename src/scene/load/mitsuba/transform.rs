@@ -7,7 +7,7 @@
 use super::super::wording::unknown_name;
 use super::document::{Reader, Source};
 use crate::error::Result;
-use crate::math::transform::orientation;
+use crate::math::transform::{orientation, rotation};
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use roxmltree::Node;
 
@@ -29,7 +29,7 @@ impl Reader {
                         .place(node)
                         .error("expected an axis that is not zero")
                 })?;
-                Ok(DAffine3::from_axis_angle(axis, angle))
+                Ok(DAffine3::from_mat3(rotation(axis, angle)))
             }
             "lookat" | "look_at" | "lookAt" => self.look_at(source, node),
             "matrix" => self.matrix(source, node),

@@ -8,7 +8,7 @@ use super::environment::{Panorama, panorama};
 use super::files::Files;
 use super::gamut::Gamut;
 use super::library::Library;
-use super::material::{Made, Worn};
+use super::material::{AlphaMaterials, Made};
 use super::options::{Options, Settings};
 use super::shape::RoundMeshes;
 use super::state::{Block, Stack, State, look_at, rotation};
@@ -37,7 +37,7 @@ pub struct Builder {
     pub times: Option<[f64; 2]>,
     /// Round shapes as meshes, and materials with opacity.
     pub round_meshes: RoundMeshes,
-    pub worn: Worn,
+    pub alpha_materials: AlphaMaterials,
     pub options: Options,
     stack: Stack,
     files: Files,
@@ -59,10 +59,7 @@ impl Builder {
         let mut tokens = Tokens::new(&text);
         let complain = |(line, why): (usize, String)| Error::scene(why).in_file(path).at_line(line);
         while let Some((statement, line)) = statements::next(&mut tokens).map_err(complain)? {
-            let place = Place {
-                file: path.to_path_buf(),
-                line: Some(line),
-            };
+            let place = Place::on_line(path, line);
             self.carry_out(statement, place)?;
         }
         self.files.close();

@@ -8,6 +8,7 @@ use super::gamut::Gamut;
 use super::library::Library;
 use super::params::Parameters;
 use crate::error::Result;
+use crate::math::functions::{atan, cbrt, tan};
 use crate::math::transform::{is_invertible, orientation};
 use crate::math::vec::DAffine3;
 use crate::scene::description::{CameraDescription, Keyframe, Place};
@@ -134,7 +135,7 @@ fn camera_to_world(
         placed.matrix3.y_axis,
         placed.matrix3.z_axis,
     ];
-    let scale = placed.matrix3.determinant().abs().cbrt();
+    let scale = cbrt(placed.matrix3.determinant().abs());
     let lengths = [right, up, forward].map(|axis| axis.length() / scale);
     let cosines =
         [right.dot(up), up.dot(forward), forward.dot(right)].map(|dot| dot / (scale * scale));
@@ -183,5 +184,5 @@ fn vertical_fov(params: &Parameters, size: (u32, u32), library: &mut Library) ->
         let what = "the image is not as wide as the screen window: pixels are square, and the height counts";
         library.approximated(&params.place, what);
     }
-    Ok(2.0 * (0.5 * height * (0.5 * fov).to_radians().tan()).atan())
+    Ok(2.0 * atan(0.5 * height * tan((0.5 * fov).to_radians())))
 }

@@ -9,6 +9,7 @@
 
 use crate::error::Result;
 use crate::image::Image;
+use crate::math::functions::{atan2, cos, sin, sin_cos};
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_invertible;
 use crate::math::vec::{DMat3, DVec2, DVec3};
@@ -86,7 +87,7 @@ pub fn panorama(maps: &[Panorama]) -> Result<Option<Image>> {
     })?;
     // The sine and the cosine at the centre of each part of an axis that has this many parts in all.
     let directions = |parts: u32, angle: fn(f64) -> f64| -> Vec<(f64, f64)> {
-        let part = |index| angle((f64::from(index) + 0.5) / f64::from(parts)).sin_cos();
+        let part = |index| sin_cos(angle((f64::from(index) + 0.5) / f64::from(parts)));
         (0..parts).map(part).collect()
     };
     let azimuths = directions(lookups * width, |u| TAU * (u - 0.5));
@@ -145,8 +146,8 @@ fn sphere(point: DVec2) -> DVec3 {
     };
     let across = r * (2.0 - r * r).max(0.0).sqrt();
     DVec3::new(
-        (across * phi.cos()).copysign(p.x),
-        (across * phi.sin()).copysign(p.y),
+        (across * cos(phi)).copysign(p.x),
+        (across * sin(phi)).copysign(p.y),
         (1.0 - r * r).copysign(distance),
     )
 }
@@ -155,7 +156,7 @@ fn sphere(point: DVec2) -> DVec3 {
 fn square(direction: DVec3) -> DVec2 {
     let [x, y, z] = direction.abs().to_array();
     let r = (1.0 - z).max(0.0).sqrt();
-    let phi = y.atan2(x) / FRAC_PI_2;
+    let phi = atan2(y, x) / FRAC_PI_2;
     let (u, v) = (r - phi * r, phi * r);
     let below = planted!(
         "octahedron-not-folded",

@@ -10,6 +10,7 @@ use super::params::Parameters;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};
+use crate::math::functions::powf;
 use crate::math::rgb::Rgb;
 use crate::scene::load::wording::shown;
 use std::path::Path;
@@ -97,7 +98,7 @@ impl Library {
         };
         Ok(match gamma {
             None => image,
-            Some(gamma) => with_values(&image, |x| x.powf(gamma)),
+            Some(gamma) => with_values(&image, |x| powf(x, gamma)),
         })
     }
 }

@@ -228,10 +228,7 @@ impl Library {
             .map(|(name, line)| (shown(name), line))
             .collect();
         for (name, line) in unused {
-            let place = Place {
-                file: params.place.file.clone(),
-                line: Some(line),
-            };
+            let place = Place::on_line(&params.place.file, line);
             self.decided(&place, format!("parameter `{name}` was ignored"));
         }
     }

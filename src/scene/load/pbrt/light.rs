@@ -11,6 +11,7 @@ use super::params::Parameters;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::image::Image;
+use crate::math::functions::cos;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::scene::description::{ColourDescription, LightDescription, LightModel};
@@ -116,7 +117,7 @@ impl Library {
             );
         }
         let penumbra = penumbra.min(cone);
-        let [edge, full] = [cone, cone - penumbra].map(|angle| angle.to_radians().cos());
+        let [edge, full] = [cone, cone - penumbra].map(|angle| cos(angle.to_radians()));
         let factor = exposure * self.power_over(params, 2.0 * PI * (1.0 - 0.5 * (edge + full)))?;
         let [position, target] = [from, to].map(|point| placed.transform_point3(point));
         self.some_direction(params, target - position)?;

@@ -8,10 +8,11 @@ use super::library::Library;
 use super::params::Parameters;
 use super::textured::{Mapping, Textured};
 use crate::error::Result;
+use crate::geometry::texture::Texture;
 use crate::image::ColourSpace;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
-    ColourDescription, MaterialDescription, MaterialModel, NormalMapDescription,
+    BumpMapDescription, ColourDescription, MaterialDescription, MaterialModel, NormalMapDescription,
 };
 use crate::scene::load::wording::unknown_name;
 use std::collections::HashMap;
@@ -27,7 +28,7 @@ pub enum Made {
 }
 
 /// Materials with opacity, by the material without it and the opacity.
-pub type Worn = HashMap<(usize, String), usize>;
+pub type AlphaMaterials = HashMap<(usize, String), usize>;
 
 const CLASSES: &[&str] = &[
     "coatedconductor",
@@ -56,7 +57,7 @@ impl Library {
         params: &Parameters,
         named: &HashMap<String, Made>,
     ) -> Result<Made> {
-        let mut mapping = None;
+        let (mut mapping, mut clear_coat) = (None, None);
         let model = match class {
             "interface" | "none" | "" => {
                 self.note_unused(params);
@@ -68,7 +69,11 @@ impl Library {
             },
             "coateddiffuse" => self.coated_diffuse(params, &mut mapping)?,
             "conductor" => self.conductor(params, "", &mut mapping)?,
-            "coatedconductor" => self.coated_conductor(params, &mut mapping)?,
+            "coatedconductor" => {
+                let (metal, coat) = self.coated_conductor(params, &mut mapping)?;
+                clear_coat = Some(coat);
+                metal
+            }
             "dielectric" => MaterialModel::Dielectric {
                 ior: self.ior(params, "eta")?,
                 roughness: self.roughness(params, "")?,
@@ -85,13 +90,11 @@ impl Library {
             }
             _ => return Err(params.error(unknown_name("material class", class, CLASSES))),
         };
-        if params.has("displacement") {
-            self.omitted(
-                &params.place_of("displacement"),
-                "displacement was left out",
-            );
-        }
+        let heights = self.heights(params, &mut mapping)?;
         let made = self.add(name, params, model, mapping);
+        if let Made::Surface { index, .. } = made {
+            self.contents.materials[index].clear_coat = clear_coat;
+        }
         if let (Some(file), Made::Surface { index, .. }) = (params.text("normalmap")?, made) {
             let path = self.path(file);
             let texture = self.contents.textures.read(&path, ColourSpace::Linear, 1.0);
@@ -99,10 +102,36 @@ impl Library {
             self.contents.materials[index].normal_map = Some(NormalMapDescription {
                 texture: Arc::new(texture),
                 strength: 1.0,
+                is_right_handed: false,
             });
+        } else if let (Some(texture), Made::Surface { index, .. }) = (heights, made) {
+            let height = 1.0;
+            self.contents.materials[index].bump_map = Some(BumpMapDescription { texture, height });
         }
         self.note_unused(params);
         Ok(made)
+    }
+
+    /// The texture of heights of a material, which pbrt uses where it has no map of normals. Sets the material's mapping, or
+    /// notes that another texture has set it.
+    fn heights(
+        &mut self,
+        params: &Parameters,
+        mapping: &mut Option<Mapping>,
+    ) -> Result<Option<Arc<Texture>>> {
+        const NAME: &str = "displacement";
+        let heights = self.float(params, NAME, 0.0)?;
+        let ColourDescription::Texture(texture) = heights.colour else {
+            return Ok(None);
+        };
+        if params.has("normalmap") {
+            let what = "displacement was left out beside a normal map";
+            self.omitted(&params.place_of(NAME), what);
+        } else if *mapping.get_or_insert(heights.mapping) != heights.mapping {
+            let what = "displacement has the mapping of the material's other texture";
+            self.approximated(&params.place_of(NAME), what);
+        }
+        Ok(Some(texture))
     }
 
     fn add(
@@ -180,7 +209,9 @@ impl Library {
     fn diffuse(&self, index: usize) -> Option<Rgb> {
         let material = &self.contents.materials[index];
         match &material.model {
-            MaterialModel::Diffuse { reflectance } if material.normal_map.is_none() => {
+            MaterialModel::Diffuse { reflectance }
+                if material.normal_map.is_none() && material.bump_map.is_none() =>
+            {
                 reflectance.constant()
             }
             _ => None,

@@ -9,8 +9,9 @@ use super::library::Library;
 use super::params::Parameters;
 use super::textured::Mapping;
 use crate::error::Result;
+use crate::math::functions::exp;
 use crate::math::rgb::Rgb;
-use crate::scene::description::MaterialModel;
+use crate::scene::description::{ClearCoatDescription, MaterialModel};
 use crate::scene::load::spectrum::{Named, named};
 
 /// The alpha below which pbrt takes a surface as smooth.
@@ -151,16 +152,27 @@ impl Library {
         })
     }
 
+    /// A metal, whose index is relative to that of its coat, and the coat.
     pub fn coated_conductor(
         &mut self,
         params: &Parameters,
         mapping: &mut Option<Mapping>,
-    ) -> Result<MaterialModel> {
+    ) -> Result<(MaterialModel, ClearCoatDescription)> {
         self.note_medium_of_coat(params)?;
-        self.roughness(params, "interface.")?;
-        self.ior(params, "interface.eta")?;
-        self.omitted(&params.place, "the coat of a coated conductor was left out");
-        self.conductor(params, "conductor.", mapping)
+        let coat = ClearCoatDescription {
+            weight: 1.0,
+            roughness: self.roughness(params, "interface.")?,
+            ior: self.ior_of_coat(params, "interface.eta")?,
+        };
+        let what =
+            "the random walk between the coat and the metal became the closed form of a clear coat";
+        self.approximated(&params.place, what);
+        let mut metal = self.conductor(params, "conductor.", mapping)?;
+        if let MaterialModel::Conductor { eta, k, .. } = &mut metal {
+            *eta *= 1.0 / coat.ior;
+            *k *= 1.0 / coat.ior;
+        }
+        Ok((metal, coat))
     }
 
     pub fn thin_dielectric(&mut self, params: &Parameters) -> Result<MaterialModel> {
@@ -298,8 +310,7 @@ fn diffuse_albedo(absorbed: Rgb, scattered: Rgb, ior: f32) -> Rgb {
             return 0.0;
         }
         let root = (3.0 * (1.0 - albedo)).sqrt();
-        let reflectance =
-            0.5 * albedo * (1.0 + (-4.0 / 3.0 * boundary * root).exp()) * (-root).exp();
+        let reflectance = 0.5 * albedo * (1.0 + exp(-4.0 / 3.0 * boundary * root)) * exp(-root);
         reflectance.clamp(0.0, 1.0) as f32
     }))
 }

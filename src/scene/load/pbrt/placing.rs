@@ -13,6 +13,7 @@ use super::params::Parameters;
 use super::shape::Look;
 use super::textured::{Mapping, Textured};
 use crate::error::Result;
+use crate::math::functions::cbrt;
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_invertible;
 use crate::math::vec::{DAffine3, DMat3};
@@ -24,7 +25,7 @@ use crate::scene::load::wording::{shown, unknown_name};
 use std::rc::Rc;
 
 /// The relative deviation from a uniform scale that files with few digits have.
-const UNEVEN: f64 = 1e-4;
+const SCALE_TOLERANCE: f64 = 1e-4;
 
 /// Where an object is: a transform, and keys of what is applied after it.
 type Placed = (DAffine3, Vec<Keyframe>);
@@ -43,14 +44,16 @@ impl Builder {
         let emits_texture = light
             .as_ref()
             .is_some_and(|light| is_textured(&light.emission));
-        let worn = &self.library.contents.materials[material];
-        let textured = emits_texture || uses_uv(worn);
+        let material_of_shape = &self.library.contents.materials[material];
+        let textured = emits_texture || uses_uv(material_of_shape);
+        let has_sides = material_of_shape.transmits()
+            || light.as_ref().is_some_and(|light| !light.is_two_sided);
         let look = Look {
             finish: Finish {
                 reverse: self.state.reverse,
                 textured: textured.then_some(mapping),
             },
-            has_sides: worn.transmits() || light.as_ref().is_some_and(|light| !light.is_two_sided),
+            has_sides,
         };
         let made = self
             .library
@@ -143,15 +146,15 @@ impl Builder {
             false => mapping,
         };
         let key = (material, name_of(params, &alpha)?);
-        let worn = match self.worn.get(&key) {
+        let with_alpha = match self.alpha_materials.get(&key) {
             Some(known) => *known,
             None => {
                 let made = self.library.with_alpha(material, &alpha);
-                self.worn.insert(key, made);
+                self.alpha_materials.insert(key, made);
                 made
             }
         };
-        Ok(Some((worn, mapping)))
+        Ok(Some((with_alpha, mapping)))
     }
 
     /// Where the current transforms place an object.
@@ -234,7 +237,8 @@ fn uses_uv(material: &MaterialDescription) -> bool {
         MaterialModel::Principled { base_color, .. } => varies(base_color),
         MaterialModel::Conductor { .. } => false,
     };
-    model_varies || material.normal_map.is_some() || varies(&material.alpha)
+    let has_detail = material.normal_map.is_some() || material.bump_map.is_some();
+    model_varies || has_detail || varies(&material.alpha)
 }
 
 /// A name for an opacity: that of its texture, or its value.
@@ -265,11 +269,12 @@ fn place_round(
         transform.matrix3.y_axis,
         transform.matrix3.z_axis,
     ];
-    let scale = transform.matrix3.determinant().abs().cbrt();
+    let scale = cbrt(transform.matrix3.determinant().abs());
     let lengths = [x, y, z].map(|axis| axis.length() / scale);
     let cosines = [x.dot(y), y.dot(z), z.dot(x)].map(|dot| dot / (scale * scale));
-    let is_even = lengths.iter().all(|length| (length - 1.0).abs() < UNEVEN)
-        && cosines.iter().all(|cos| cos.abs() < UNEVEN);
+    let is_small = |x: f64| x.abs() < SCALE_TOLERANCE;
+    let is_even = lengths.iter().all(|length| is_small(length - 1.0))
+        && cosines.iter().all(|&cos| is_small(cos));
     if is_even {
         let x = x.normalize();
         let y = (y - y.dot(x) * x).normalize();

@@ -8,6 +8,7 @@ use super::builder::Builder;
 use super::light::AreaLight;
 use super::params::Parameters;
 use crate::error::Result;
+use crate::math::functions::cbrt;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{
     ColourDescription, GeometryDescription, MeshDescription, ShapeDescription,
@@ -16,7 +17,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// The relative difference between areas that are taken as equal.
-const UNEVEN: f64 = 1e-4;
+const AREA_TOLERANCE: f64 = 1e-4;
 
 /// The most triangles that get a radiance of their own.
 const MAX_SEPARATE: usize = 256;
@@ -61,7 +62,7 @@ impl Builder {
         let mean = areas.iter().sum::<f64>() / areas.len() as f64;
         if areas
             .iter()
-            .all(|area| (area - mean).abs() <= UNEVEN * mean)
+            .all(|area| (area - mean).abs() <= AREA_TOLERANCE * mean)
         {
             shape.emission = Some(scaled(&light.emission, over(mean), params)?);
             self.library.contents.shapes.push(shape);
@@ -92,7 +93,7 @@ impl Builder {
 
 /// The area of a sphere or disk under a transform.
 fn area_of_round(geometry: &GeometryDescription, placed: &DAffine3) -> f64 {
-    let scale = placed.matrix3.determinant().abs().cbrt();
+    let scale = cbrt(placed.matrix3.determinant().abs());
     match geometry {
         GeometryDescription::Sphere { radius, .. } => 4.0 * PI * (scale * radius).powi(2),
         GeometryDescription::Disk { radius, .. } => PI * (scale * radius).powi(2),
@@ -137,11 +138,7 @@ fn scaled(
             ColourDescription::Texture(Arc::new(texture.scaled(by)))
         }
     };
-    let most = match &scaled {
-        ColourDescription::Constant(colour) => *colour,
-        ColourDescription::Texture(texture) => texture.brightest(),
-    };
-    if by.is_finite() && most.is_finite() {
+    if by.is_finite() && scaled.brightest().is_finite() {
         Ok(scaled)
     } else {
         Err(params.error("expected an area and a power of light that give finite radiance"))

@@ -8,6 +8,7 @@ use super::gamut::Gamut;
 use super::light::AreaLight;
 use super::material::Made;
 use super::parameter::Parameter;
+use crate::math::transform;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::scene::description::Place;
 use std::rc::Rc;
@@ -123,7 +124,10 @@ impl Stack {
 /// A rotation by an angle in degrees about an axis; `None` if that has no direction.
 pub fn rotation(angle: f64, axis: DVec3) -> Option<DAffine3> {
     let axis = axis.try_normalize()?;
-    Some(DAffine3::from_axis_angle(axis, angle.to_radians()))
+    Some(DAffine3::from_mat3(transform::rotation(
+        axis,
+        angle.to_radians(),
+    )))
 }
 
 /// From the world to a camera at `eye` that looks along +z at `target`, with x to the right in pbrt's left-handed space;

@@ -10,6 +10,7 @@ use super::params::Parameters;
 use super::textured::{Mapping, Textured};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
+use crate::geometry::uv_map::Wrap;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec2, Vec2};
 use crate::scene::description::ColourDescription;
@@ -228,12 +229,15 @@ impl Library {
             self.approximated(&params.place_of("scale"), what);
             scale = 0.0;
         }
-        if params.choice("wrap", &["repeat", "clamp", "black", "octahedralsphere"])? != "repeat" {
-            self.approximated(
-                &params.place_of("wrap"),
-                "the image repeats beyond its edges",
-            );
-        }
+        let wrap = match params.choice("wrap", &["repeat", "clamp", "black", "octahedralsphere"])? {
+            "repeat" => Wrap::Repeat,
+            "clamp" => Wrap::Clamp,
+            _ => {
+                let what = "the image repeats beyond its edges";
+                self.approximated(&params.place_of("wrap"), what);
+                Wrap::Repeat
+            }
+        };
         // How lookups are filtered: bilinear here.
         params.choice("filter", &["bilinear", "point", "trilinear", "EWA", "ewa"])?;
         params.number("maxanisotropy", 8.0)?;
@@ -246,8 +250,9 @@ impl Library {
             Some(alpha) => alpha,
             None => self.image(params, "filename")?,
         };
+        let texture = Texture::Image { image, scale }.continued(wrap);
         let mut textured = Textured {
-            colour: ColourDescription::Texture(Arc::new(Texture::Image { image, scale })),
+            colour: ColourDescription::Texture(Arc::new(texture)),
             mapping,
         };
         if invert {

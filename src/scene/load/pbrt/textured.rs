@@ -68,11 +68,7 @@ impl Textured {
 
     /// The texture with values from 0 to 1.
     pub fn clamped(self) -> Self {
-        let most = match &self.colour {
-            ColourDescription::Constant(colour) => *colour,
-            ColourDescription::Texture(texture) => texture.brightest(),
-        };
-        if most.max_channel() > 1.0 {
+        if self.colour.brightest().max_channel() > 1.0 {
             self.map(|colour| colour.map(|x| x.clamp(0.0, 1.0)))
         } else {
             self

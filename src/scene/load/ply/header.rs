@@ -238,7 +238,7 @@ struct Lines<'a> {
 }
 
 /// The largest length of a line of the header, in bytes; a file without lines is no PLY file.
-const LONGEST_LINE: usize = 4096;
+const MAX_LINE_LENGTH: usize = 4096;
 
 impl<'a> Lines<'a> {
     /// Returns the next line; characters that are not UTF-8, which comments may have, are replaced.
@@ -247,7 +247,7 @@ impl<'a> Lines<'a> {
         let rest = &self.bytes[self.at..];
         let length = rest
             .iter()
-            .take(LONGEST_LINE)
+            .take(MAX_LINE_LENGTH)
             .position(|&byte| byte == b'\n')
             .ok_or_else(|| self.wrong("expected a header that ends with `end_header`"))?;
         self.at += length + 1;

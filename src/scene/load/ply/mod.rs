@@ -165,10 +165,7 @@ impl Body {
             );
             Some(note(Some(faces.line), text))
         });
-        let place = Place {
-            file: path.to_path_buf(),
-            line: None,
-        };
+        let place = Place::of_file(path);
         let uncovered = note_on_uncovered(self.uncovered, place);
         let notes = [lines, by_corner, uncovered];
         notes.into_iter().flatten().collect()

@@ -5,15 +5,15 @@
 //! Source: Mitsuba 3 documentation, "BSDFs". Tested in `tests/loading/mitsuba.rs` and
 //! `tests/loading/mitsuba_spectra.rs`.
 
-use super::super::wording::unknown_name;
-use super::material::Reader;
-use super::metals;
-use super::object::Object;
-use super::spectra::Kind;
-use super::texture;
+use super::Reader;
 use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, NoteKind};
+use crate::scene::load::mitsuba::metals;
+use crate::scene::load::mitsuba::object::Object;
+use crate::scene::load::mitsuba::spectra::Kind;
+use crate::scene::load::mitsuba::texture;
+use crate::scene::load::wording::unknown_name;
 
 /// The least real part of a metal's refractive index: Fresnel's equations as we write them have no meaning for 0.
 const MIN_ETA: f32 = 1e-4;

@@ -1,4 +1,4 @@
-//! The guides of light paths in a scene: spheres around the shapes that cast caustics.
+//! The caustic targets of light paths in a scene: spheres around the shapes that cast caustics.
 //!
 //! Metal, mirrors and glass cast caustics if they are smooth enough; a coat reflects too little. A wrong decision adds
 //! noise and no bias.
@@ -11,7 +11,7 @@ use super::description::{MaterialDescription, MaterialModel, SceneDescription};
 use super::{Scene, Shape};
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
-use crate::light::guides::{CausticTargets, MAX_GUIDES};
+use crate::light::caustic_targets::{CausticTargets, MAX_TARGETS};
 use crate::light::types::BoundingSphere;
 use crate::math::bounds::Bounds;
 use crate::math::rgb::Rgb;
@@ -54,8 +54,8 @@ pub fn casts_caustics(material: &MaterialDescription) -> bool {
     }
 }
 
-/// Returns the guides of a scene.
-pub(super) fn guides(
+/// Returns the caustic targets of a scene.
+pub(super) fn caustic_targets(
     description: &SceneDescription,
     shapes: &[Shape],
     world: &World,
@@ -73,7 +73,7 @@ pub(super) fn guides(
         let placement = world.placement(number);
         boxes.push(placement.map_or(bounds, |instance| instance.bounds_of(&bounds)));
     }
-    if boxes.len() > MAX_GUIDES {
+    if boxes.len() > MAX_TARGETS {
         boxes = vec![boxes.into_iter().fold(Bounds::default(), Bounds::union)];
     }
     let sphere = |bounds: Bounds| BoundingSphere {
@@ -87,6 +87,6 @@ pub(super) fn guides(
 impl Scene {
     /// Whether light paths may pay: a shape casts caustics, and there is a light that paths can begin at.
     pub fn casts_caustics(&self) -> bool {
-        !self.guides.is_empty() && !self.lights.is_empty()
+        !self.caustic_targets.is_empty() && !self.lights.is_empty()
     }
 }

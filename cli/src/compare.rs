@@ -14,7 +14,8 @@ use crate::report::false_colour::{self, robust_scale};
 use etendue::internals::image::atomic::{check_creatable, write_atomically};
 use etendue::internals::image::{ColourSpace, LayeredImage, metrics, png_bytes_with_texts};
 use etendue::{Error, ErrorKind, Result};
-use etendue_lab::study::comparison::{BiasTest, Metrics, bias_test, same_random_numbers};
+use etendue_lab::study::bias_test::{BiasTest, bias_test, same_random_numbers};
+use etendue_lab::study::comparison::Metrics;
 use std::io::Write;
 use std::path::Path;
 

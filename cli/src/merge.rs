@@ -8,7 +8,7 @@ use super::args::MergeArguments;
 use super::denoise::{DenoiseStats, Denoised};
 use super::output::{explain, format_confidence, format_percent};
 use super::render::states::is_state;
-use super::render::summary::{are_too_many, biased_by};
+use super::render::summary::{are_too_many, biased_by, warn_of_disagreement};
 use super::{Outcome, command_line, print};
 use etendue::internals::film::ErrorEstimate;
 use etendue::internals::image::atomic::check_creatable;
@@ -73,10 +73,18 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
         )));
     }
     let has_images = arguments.out.iter().any(|path| !is_state(path));
-    if arguments.denoise.is_some() && has_images && !arguments.files.iter().any(has_layers) {
+    if arguments.denoise.is_some() && !has_images {
+        return Err(Error::usage(
+            "--denoise filters an image: give one by -o, such as -o image.exr",
+        ));
+    }
+    if arguments.denoise.is_some() && !arguments.files.iter().any(has_layers) {
         return Err(lacks_layers());
     }
     let state = merge.sum()?;
+    if missing.is_empty() {
+        state.check_is_lit()?;
+    }
     let error = state.error(arguments.confidence);
     let denoised = write(arguments, &state, error.as_ref())?;
     let bound = error
@@ -110,6 +118,9 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
         say!("warning: {rejected} samples were not finite and are left out");
     }
     if !arguments.quiet {
+        if state.header.identity.name("integrator") == IntegratorKind::Metropolis.name() {
+            warn_of_disagreement(&state.film);
+        }
         let filtered = denoised.as_ref().map(Denoised::description);
         say!(
             "{}",
@@ -300,10 +311,17 @@ fn last_line(
         missing => format!("; samples {} are missing", describe(missing)),
     };
     let needed = match (report.reached, report.needed_spp) {
-        (Some(false), Some(spp)) => format!(
-            "; the requested error takes about {spp} spp, {} more",
-            spp.saturating_sub(report.spp)
-        ),
+        (Some(false), Some(spp)) => {
+            let more = spp.saturating_sub(report.spp);
+            let shards = match report.files {
+                0 | 1 => String::new(),
+                files => {
+                    let of_shard = (report.spp / files as u64).max(1);
+                    format!(", {} more shards", more.div_ceil(of_shard))
+                }
+            };
+            format!("; the requested error takes about {spp} spp, {more} more{shards}")
+        }
         (Some(false), None) => "; the requested error is not reached".to_owned(),
         _ => String::new(),
     };

@@ -17,9 +17,9 @@ use serde::Serialize;
 use std::time::Duration;
 
 /// The samples per pixel of the pilot, enough for two looks at the error ...
-const PILOT: u64 = 256;
+const PILOT_SPP: u64 = 256;
 /// ... and the longest time of the pilot.
-const LONGEST_PILOT: Duration = Duration::from_secs(60);
+const MAX_PILOT_TIME: Duration = Duration::from_secs(60);
 
 /// The shards that bring an image to an error.
 #[derive(Debug, Serialize)]
@@ -48,8 +48,8 @@ impl ShardPlan {
         let Some(target) = arguments.error else {
             return Ok(None);
         };
-        let mut options = RenderOptions::samples(PILOT);
-        options.time = Some(LONGEST_PILOT);
+        let mut options = RenderOptions::samples(PILOT_SPP);
+        options.time = Some(MAX_PILOT_TIME);
         options.adaptive = Some(Adaptive::Off);
         let rendering = session.render(&options, observer)?;
         let rendered = rendering.rendered();

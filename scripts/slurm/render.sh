@@ -6,15 +6,16 @@
 #
 # FLAGs are those of `etendue render` that affect samples, or --layers. FOLDER is made; all nodes have to share it, and
 # see SCENE. It gets `image.exr`, a `part-A..B.etd` and a log for each shard, `report.json` of the last merge, and at last
-# the file `done`, or `failed` with the reason. All of it is kept between jobs in files: `command` (scene and flags, one a
-# line), `round` (the ranges of samples of the current array, one a line), `spp`, `shards`, `tries`.
+# the file `done`, or `failed` with the reason. All of it is kept between jobs in files: `settings` (the environment below),
+# `command` (scene and flags, one a line), `round` (the ranges of samples of the current array, one a line), `spp`, `shards`,
+# `tries`, `rounds`; of an adaptive render, `pilot` (its samples) and `pilot.etd`. With --adaptive, the pilot is the first round.
 #
-# Environment: ETENDUE, the program (default: etendue). ERROR, the error to reach, such as 1%. IMAGE, the output (default:
-# FOLDER/image.exr). TRIES, how often shards that are missing are submitted again (default: 3). EVERY, the time between two
-# checkpoints (default: 60s). SBATCH_OPTIONS, more options for every job, such as "--partition=short --cpus-per-task=8".
+# Environment: ETENDUE, the program (default: etendue). ERROR, the error to reach, such as 1%. ROUNDS, how often samples are
+# added to reach it (default: 8). IMAGE, the output (default: FOLDER/image.exr). TRIES, how often shards that are missing are
+# submitted again (default: 3). EVERY, the time between two checkpoints (default: 60s). SBATCH_OPTIONS, more options for every
+# job, such as "--partition=short --cpus-per-task=8".
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
-etendue=${ETENDUE:-etendue}
 
 # Divides the samples $1..$2 into at most $3 ranges of whole rounds of four.
 divide() {
@@ -27,6 +28,21 @@ divide() {
         echo "$first..$((end < $2 ? end : $2))"
         index=$((index + 1))
     done
+}
+
+# Replaces the current round by the samples $1..$2. Whole or not at all: a job that is queued again reads it.
+begin_round() {
+    divide "$1" "$2" "$(cat "$folder/shards")" >"$folder/round.new"
+    echo "${TRIES:-3}" >"$folder/tries"
+    mv "$folder/round.new" "$folder/round"
+}
+
+# The samples of the pilot of an adaptive render of $1 samples, as `etendue render` has them.
+pilot_of() {
+    long=$((($1 + 15) / 16))
+    short=$((($1 + 3) / 4))
+    short=$((short < 64 ? short : 64))
+    echo $((((long > short ? long : short) + 3) / 4 * 4))
 }
 
 # The array indices of the shards that are not there, separated by commas.
@@ -73,6 +89,15 @@ next() {
         submit_again
         return
     fi
+    first=$(head -n 1 "$folder/round")
+    pilot=$(cat "$folder/pilot" 2>/dev/null || cat "$folder/spp")
+    if [ "${first%%..*}" = 0 ] && [ "$pilot" -lt "$(cat "$folder/spp")" ]; then
+        "$etendue" merge --partial --quiet "$folder"/part-*.etd --out "$folder/pilot.etd" ||
+            fail "the pilot was not merged: see $folder/log-merge.txt"
+        begin_round "$pilot" "$(cat "$folder/spp")"
+        submit_again
+        return
+    fi
     code=0
     "$etendue" merge "$folder"/part-*.etd --out "${IMAGE:-$folder/image.exr}" --json ${ERROR:+--error "$ERROR"} \
         >"$folder/report.json" || code=$?
@@ -87,15 +112,18 @@ next() {
 # Submits the samples that the error still takes, by the merge's forecast: at least a quarter more, at most four times as
 # many, since a forecast from far is rough. An error in doubt gives none.
 another_round() {
-    spp=$(cat "$folder/spp")
-    needed=$(sed -n 's/.*"needed_spp": *\([0-9][0-9]*\).*/\1/p' "$folder/report.json")
+    rounds=$(($(cat "$folder/rounds") - 1))
+    [ "$rounds" -ge 0 ] || fail "the image is written, but its error is above $ERROR after ${ROUNDS:-8} more rounds: see $folder/report.json"
+    # What was merged, not what was asked for: this job may have been queued again after the next round was begun.
+    spp=$(sed -n 's/^ *"spp": *\([0-9][0-9]*\).*/\1/p' "$folder/report.json")
+    needed=$(sed -n 's/^ *"needed_spp": *\([0-9][0-9]*\).*/\1/p' "$folder/report.json")
     needed=${needed:-$((2 * spp))}
     least=$((spp + (spp + 15) / 16 * 4))
     needed=$((needed > least ? needed : least))
     needed=$((needed < 4 * spp ? needed : 4 * spp))
     echo "$needed" >"$folder/spp"
-    divide "$spp" "$needed" "$(cat "$folder/shards")" >"$folder/round"
-    echo "${TRIES:-3}" >"$folder/tries"
+    begin_round "$spp" "$needed"
+    echo "$rounds" >"$folder/rounds"
     submit_again
 }
 
@@ -108,6 +136,11 @@ note_end() {
 if [ "${1:-}" = --next ]; then
     folder=$2
     here=$(cat "$folder/scripts")
+    # shellcheck disable=SC1091
+    [ ! -e "$folder/settings" ] || . "$folder/settings"
+    etendue=${ETENDUE:-etendue}
+    # A job that was ended and queued again goes on.
+    rm -f "$folder/failed"
     trap note_end EXIT
     trap 'exit 1' TERM
     next
@@ -127,12 +160,31 @@ spp=$((($3 + 3) / 4 * 4))
 shift 3
 scene=$(cd "$(dirname "$1")" && pwd)/$(basename "$1")
 shift
+end=$spp
+for word in "$@"; do
+    case $word in
+    --adaptive | --adaptive=two-phase)
+        if [ -n "${ERROR:-}" ]; then
+            echo "render.sh: an adaptive render has a known number of samples, and the pilot's length follows from it: leave out ERROR" >&2
+            exit 2
+        fi
+        end=$(pilot_of "$spp")
+        echo "$end" >"$folder/pilot"
+        ;;
+    --spp* | --time* | --error* | --shard* | --pilot* | --checkpoint* | --every* | --resume* | --out* | -o* | --denoise*)
+        echo "render.sh: $word is no flag of shards" >&2
+        exit 2
+        ;;
+    esac
+done
 printf '%s\n' "$scene" "$@" >"$folder/command"
+# Jobs may start with another environment.
+export -p | grep -E '^(export|declare -x) (ETENDUE|ERROR|ROUNDS|IMAGE|TRIES|EVERY|SBATCH_OPTIONS)=' >"$folder/settings" || true
 echo "$shards" >"$folder/shards"
 echo "$spp" >"$folder/spp"
-echo "${TRIES:-3}" >"$folder/tries"
+echo "${ROUNDS:-8}" >"$folder/rounds"
 echo "$here" >"$folder/scripts"
-divide 0 "$spp" "$shards" >"$folder/round"
+begin_round 0 "$end"
 # Slurm copies a script when it is submitted; this copy is submitted again and again.
 cp "$here/render.sh" "$folder/next.sh"
 # What was refused may be submitted again.

@@ -4,13 +4,15 @@
 #   sbatch --array=0-15 scripts/slurm/shard.sh FOLDER
 #
 # FOLDER is shared by all nodes and has the files that render.sh describes. A task that is submitted or queued again goes
-# on from its checkpoint, and ends at once if its shard is there. ETENDUE is the program, EVERY the time between two
-# checkpoints.
+# on from its checkpoint, and ends at once if its shard is there. `settings` there may name ETENDUE, the program, and EVERY, the
+# time between two checkpoints.
 #SBATCH --job-name=etendue-shard
 #SBATCH --requeue
 #SBATCH --open-mode=append
 set -eu
 folder=$1
+# shellcheck disable=SC1091
+[ ! -e "$folder/settings" ] || . "$folder/settings"
 line=$((SLURM_ARRAY_TASK_ID + 1))
 range=$(sed -n "${line}p" "$folder/round")
 part=$folder/part-$range.etd
@@ -22,6 +24,9 @@ set --
 while IFS= read -r word; do
     set -- "$@" "$word"
 done <"$folder/command"
+if [ -e "$folder/pilot.etd" ]; then
+    set -- "$@" --pilot "$folder/pilot.etd"
+fi
 if [ -e "$checkpoint" ]; then
     set -- "$@" --resume "$checkpoint"
 fi

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Tries the scripts on a Slurm of one node on this machine: 16 shards, of which one is cancelled and one killed, have the bits
-# of one render, and rounds go on until an error is reached. Needs Debian's slurm-wlm and munge, and root.
+# of one render, those of an adaptive render too, and rounds go on until an error is reached. Needs Debian's slurm-wlm and munge, and root.
 #
 #   scripts/slurm/try.sh PROGRAM     such as target/release/etendue
 set -eu
@@ -51,6 +51,14 @@ cat "$render/failed" 2>/dev/null && exit 1
 "$ETENDUE" render "$scene" --size 128x128 --spp 4096 --quiet --out "$folder/whole.pfm"
 cmp "$folder/whole.pfm" "$render/image.pfm"
 echo "16 shards, one killed and one cancelled, have the bits of one render"
+
+render=$folder/adaptive
+IMAGE=$render/image.pfm "$here/render.sh" "$render" 4 256 "$scene" --size 128x128 --adaptive
+wait_for ended "$render"
+cat "$render/failed" 2>/dev/null && exit 1
+"$ETENDUE" render "$scene" --size 128x128 --spp 256 --adaptive --quiet --out "$folder/adaptive.pfm"
+cmp "$folder/adaptive.pfm" "$render/image.pfm"
+echo "an adaptive render in shards has the bits of one render"
 
 render=$folder/error
 ERROR=3% "$here/render.sh" "$render" 4 64 "$scene" --size 128x128

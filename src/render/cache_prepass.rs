@@ -56,7 +56,7 @@ pub fn cache_prepass(
     let groups = groups(settings);
     for (done, positions) in groups.iter().enumerate() {
         if !watch(done as f64 / groups.len() as f64, cache.records().len()) {
-            break;
+            return (Some(cache), rays);
         }
         let surveyor = Surveyor {
             scene,
@@ -146,12 +146,12 @@ impl Surveyor<'_> {
         let lane = block.lane(position);
         let mut requested = ActiveLanes::NONE;
         requested.set(lane, true);
-        let mut camera_rays = SampleWavefront::<E>::new();
+        let mut wavefront = SampleWavefront::<E>::new();
         let index = PacketIndex { block, sample: 0 };
-        camera_rays.add(&source, index, requested, &mut NullPathObserver);
-        camera_rays.trace(self.scene);
-        let (camera_ray, hit) = camera_rays.samples(0).camera_ray(lane);
-        let sampler = camera_rays.sampler(0, lane);
+        wavefront.add(&source, index, requested, &mut NullPathObserver);
+        wavefront.trace(self.scene);
+        let (camera_ray, hit) = wavefront.samples(0).camera_ray(lane);
+        let sampler = wavefront.sampler(0, lane);
         // No image is so large that these are pixels of it, too.
         let numbers = position.map(|i| !i);
         survey.path::<E, _>(sampler, &camera_ray, hit, numbers)

@@ -10,19 +10,20 @@
 //! Source: docs/accuracy.md, "The error that is printed". Tested below and in `cli/tests/command/layers.rs`.
 
 use crate::film::{Doubt, ErrorEstimate, MODEL_ERROR, margin};
+use crate::math::functions::{hypot, ln, log2, powf};
 use crate::math::stats::normal_quantile;
 use serde::{Deserialize, Serialize};
 
 /// The least ratio of the samples of two looks that determine the power: nearer ones differ by their noise.
-const APART: f64 = 4.0;
+const MIN_LOOK_RATIO: f64 = 4.0;
 
 /// The smallest power: an error falls at least as the root of the samples does ...
-const SLOWEST: f64 = 0.5;
+const MIN_POWER: f64 = 0.5;
 /// ... and the largest: hardly faster than this power of them.
-const FASTEST: f64 = 1.5;
+const MAX_POWER: f64 = 1.5;
 
 /// The number of standard errors from which a difference is significant.
-const SURE: f64 = 2.0;
+const SIGMAS: f64 = 2.0;
 
 /// The number of standard errors for the alarm that an error rises, which keeps the render from ending.
 const ALARMED: f64 = 3.0;
@@ -62,7 +63,7 @@ impl Look {
     /// Whether the error of a later look is as small as independent samples make it, within the uncertainty of both
     /// looks.
     pub fn is_kept_by(&self, later: &Self) -> bool {
-        let chance = ALARMED * self.uncertainty.hypot(later.uncertainty);
+        let chance = ALARMED * hypot(self.uncertainty, later.uncertainty);
         later.of_sample() <= self.of_sample() * (1.0 + chance)
     }
 }
@@ -75,7 +76,7 @@ pub fn stated(error: ErrorEstimate, samples: f64, looks: &[Look]) -> ErrorEstima
         Some(before) if error.doubt.is_none() && !before.is_kept_by(&now) => ErrorEstimate {
             upper_bound: f64::INFINITY,
             doubt: Some(Doubt::Rising {
-                at_least: error.rel_rmse * (1.0 - SURE * error.uncertainty).max(0.0).sqrt(),
+                at_least: error.rel_rmse * (1.0 - SIGMAS * error.uncertainty).max(0.0).sqrt(),
                 samples: before.samples,
                 rel_rmse: before.rel_rmse,
             }),
@@ -97,22 +98,22 @@ pub struct PowerLaw {
 impl PowerLaw {
     /// The power law from the last look and the latest that is far enough before it.
     pub fn of(looks: &[Look]) -> Self {
-        let told = looks.split_last().and_then(|(last, before)| {
+        let measured = looks.split_last().and_then(|(last, before)| {
             let first = before
                 .iter()
-                .rfind(|look| APART * look.samples <= last.samples)?;
-            let steps = (last.samples / first.samples).ln();
-            let power = (first.rel_rmse / last.rel_rmse).ln() / steps;
-            let error = 0.5 * first.uncertainty.hypot(last.uncertainty) / steps;
+                .rfind(|look| MIN_LOOK_RATIO * look.samples <= last.samples)?;
+            let steps = ln(last.samples / first.samples);
+            let power = ln(first.rel_rmse / last.rel_rmse) / steps;
+            let error = 0.5 * hypot(first.uncertainty, last.uncertainty) / steps;
             (power + error).is_finite().then_some((power, error))
         });
-        let (power, error) = told.unwrap_or((SLOWEST, 0.0));
-        let range = [power - SURE * error, power + SURE * error];
-        let within = |power: f64| power.clamp(SLOWEST, FASTEST);
+        let (power, error) = measured.unwrap_or((MIN_POWER, 0.0));
+        let range = [power - SIGMAS * error, power + SIGMAS * error];
+        let within = |power: f64| power.clamp(MIN_POWER, MAX_POWER);
         Self {
             // A power that is not distinguishable from the smallest is the smallest.
-            power: match range[0] <= SLOWEST {
-                true => SLOWEST,
+            power: match range[0] <= MIN_POWER {
+                true => MIN_POWER,
                 false => within(power),
             },
             range: range.map(within),
@@ -123,7 +124,7 @@ impl PowerLaw {
     /// ends of its range.
     pub fn samples_for(&self, factor: f64) -> [f64; 3] {
         let [slow, fast] = self.range;
-        [fast, self.power, slow].map(|power| factor.powf(1.0 / power))
+        [fast, self.power, slow].map(|power| powf(factor, 1.0 / power))
     }
 }
 
@@ -178,16 +179,16 @@ impl Forecast {
             rel_rmse,
             ..
         } = self.look;
-        let floor = |samples: f64| 2.0_f64.powf(samples.log2().floor());
+        let floor = |samples: f64| powf(2.0, log2(samples).floor());
         if self.in_steps && floor(samples) > now {
             // By the power law from one power of two to another, and from there as independent samples.
             let step = floor(samples);
-            let at_step = rel_rmse * (step / now).powf(-self.power);
-            at_step * (samples / step).powf(-SLOWEST)
+            let at_step = rel_rmse * powf(step / now, -self.power);
+            at_step * powf(samples / step, -MIN_POWER)
         } else if self.in_steps {
-            rel_rmse * (samples / now).powf(-SLOWEST)
+            rel_rmse * powf(samples / now, -MIN_POWER)
         } else {
-            rel_rmse * (samples / now).powf(-self.power)
+            rel_rmse * powf(samples / now, -self.power)
         }
     }
 

@@ -183,7 +183,7 @@ pub fn path<C, K: Indirect>(
         max_bounces: settings.most_bounces(),
         roulette: settings.roulette(),
         light_choice: settings.light_choice(),
-        map: settings.environment_sampling(),
+        environment_sampling: settings.environment_sampling(),
         light_paths: LightPaths::NONE,
         reuse: PathReuse::Off,
     }

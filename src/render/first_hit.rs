@@ -64,7 +64,7 @@ struct Sums {
     /// The number of samples.
     count: u32,
     /// The number of samples with a hit.
-    met: u32,
+    hits: u32,
 }
 
 impl Sums {
@@ -73,19 +73,19 @@ impl Sums {
         self.normal += other.normal;
         self.distance += other.distance;
         self.count += other.count;
-        self.met += other.met;
+        self.hits += other.hits;
     }
 
     /// The means: of albedo over all samples, of normal and distance over those with a hit, if there are any.
     fn means(&self) -> (Rgb, Option<(Vec3, f64)>) {
         let albedo = self.albedo * (1.0 / self.count.max(1) as f32);
-        let met = (self.met > 0).then(|| {
+        let of_hits = (self.hits > 0).then(|| {
             (
-                self.normal / self.met as f32,
-                self.distance / f64::from(self.met),
+                self.normal / self.hits as f32,
+                self.distance / f64::from(self.hits),
             )
         });
-        (albedo, met)
+        (albedo, of_hits)
     }
 }
 
@@ -94,11 +94,11 @@ fn standard_errors(parts: &[Sums]) -> FirstHitErrors {
     let mut moments = [Moments::default(); 7];
     let mut push = |at: usize, x: f64| moments[at].push(x);
     for part in parts.iter().filter(|part| part.count > 0) {
-        let (albedo, met) = part.means();
+        let (albedo, of_hits) = part.means();
         for (c, x) in albedo.to_array().into_iter().enumerate() {
             push(c, x.into());
         }
-        let Some((normal, distance)) = met else {
+        let Some((normal, distance)) = of_hits else {
             continue;
         };
         for (c, x) in normal.to_array().into_iter().enumerate() {
@@ -137,7 +137,9 @@ pub fn first_hits(
     let blocks: Vec<PixelBlock> = PixelBlock::covering(window, 1).collect();
     let of_blocks: Vec<Lanes<FirstHit>> = blocks
         .par_iter()
-        .map_init(SampleWavefront::new, |rays, &block| job.block(block, rays))
+        .map_init(SampleWavefront::new, |wavefront, &block| {
+            job.block(block, wavefront)
+        })
         .collect();
     let mut found = vec![FirstHit::default(); window.pixel_count() as usize];
     for (block, of_block) in blocks.into_iter().zip(of_blocks) {
@@ -157,7 +159,11 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
-    fn block(&self, block: PixelBlock, rays: &mut SampleWavefront<Everything>) -> Lanes<FirstHit> {
+    fn block(
+        &self,
+        block: PixelBlock,
+        wavefront: &mut SampleWavefront<Everything>,
+    ) -> Lanes<FirstHit> {
         let source = CameraRaySource {
             scene: self.scene,
             filter: self.filter,
@@ -167,13 +173,13 @@ impl Job<'_> {
         let lanes = block.lanes_in(self.window);
         let mut parts = [[Sums::default(); PARTS]; LANES];
         for sample in 0..self.spp {
-            rays.clear();
+            wavefront.clear();
             let index = PacketIndex { block, sample };
-            rays.add(&source, index, lanes, &mut NullPathObserver);
-            rays.trace(self.scene);
+            wavefront.add(&source, index, lanes, &mut NullPathObserver);
+            wavefront.trace(self.scene);
             for lane in lanes.each() {
-                let (CameraRay { ray, time }, hit) = rays.samples(0).camera_ray(lane);
-                let sampler = rays.sampler(0, lane);
+                let (CameraRay { ray, time }, hit) = wavefront.samples(0).camera_ray(lane);
+                let sampler = wavefront.sampler(0, lane);
                 let [u_alpha] = sampler.draw(Decision::Alpha(0));
                 let part = &mut parts[lane][sample as usize % PARTS];
                 part.count += 1;
@@ -189,7 +195,7 @@ impl Job<'_> {
                     normal: if ns.dot(at.wo) < 0.0 { -ns } else { ns },
                     distance: f64::from((at.p - ray.origin).length()),
                     count: 0,
-                    met: 1,
+                    hits: 1,
                 });
             }
         }
@@ -202,8 +208,8 @@ impl Job<'_> {
         for part in parts {
             all.add(part);
         }
-        let (albedo, met) = all.means();
-        let (normal, distance) = met.unwrap_or((Vec3::ZERO, f64::INFINITY));
+        let (albedo, of_hits) = all.means();
+        let (normal, distance) = of_hits.unwrap_or((Vec3::ZERO, f64::INFINITY));
         let world = |length: f32| self.scene.normalisation.world_length(length) as f32;
         let errors = standard_errors(parts);
         FirstHit {

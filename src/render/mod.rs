@@ -30,6 +30,7 @@ mod tile;
 mod timers;
 
 use crate::error::{Error, Result};
+use crate::film::Film;
 use crate::film::filter::Filter;
 use crate::integrator::kind::IntegratorKind;
 use crate::scene::Scene;
@@ -57,16 +58,16 @@ pub fn render(
     observer: &dyn RenderObserver,
 ) -> Result<Rendered> {
     settings.validate(size)?;
-    let view = RenderInput {
+    let input = RenderInput {
         scene,
         filter,
         size,
     };
     let threads = Threads::new(settings.threads)?;
-    let settings = auto::settle(&view, &threads, settings, observer)?.settings;
+    let settings = auto::settle(&input, &threads, settings, observer)?.settings;
     let mut rendered = Rendered::nothing(&settings, filter);
     resume(
-        &view,
+        &input,
         &threads,
         &settings,
         settings.budget,
@@ -95,7 +96,7 @@ pub struct RenderInput<'a> {
 /// # Errors
 /// The errors of [`render`]; and a greedy adaptive render that has begun and is not complete. What was rendered stays.
 pub fn resume(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     until: Budget,
@@ -106,8 +107,8 @@ pub fn resume(
         budget: until,
         ..settings.clone()
     };
-    budgeted.validate(view.size)?;
-    check(view.scene, settings)?;
+    budgeted.validate(input.size)?;
+    check(input.scene, settings)?;
     if settings.adaptive == Adaptive::Greedy && rendered.film.sample_count() > 0 {
         if is_complete(until, rendered) {
             return Ok(());
@@ -116,7 +117,7 @@ pub fn resume(
             "a greedy adaptive render cannot be continued: start another one with a larger budget",
         ));
     }
-    let run = Run::new(view, settings, observer, rendered);
+    let run = Run::new(input, settings, observer, rendered);
     threads.run(|| run.all_passes(until, rendered));
     Ok(())
 }
@@ -126,8 +127,18 @@ pub fn resume(
 /// # Errors
 /// A render by Markov chains that has ended and is black.
 pub fn check_is_lit(settings: &RenderSettings, rendered: &Rendered) -> Result<()> {
-    let is_dark = || rendered.film.mean() == [0.0; 3];
-    if settings.integrator == IntegratorKind::Metropolis && !rendered.cancelled && is_dark() {
+    match rendered.cancelled {
+        true => Ok(()),
+        false => check_found_light(settings.integrator.name(), &rendered.film),
+    }
+}
+
+/// Checks that the Markov chains of a whole render by the integrator of this name found light.
+///
+/// # Errors
+/// As [`check_is_lit`].
+pub fn check_found_light(integrator: &str, film: &Film) -> Result<()> {
+    if integrator == IntegratorKind::Metropolis.name() && film.mean() == [0.0; 3] {
         return Err(Error::render(
             "no bootstrap path of the Markov chains found any light: is there a light, and can it reach what the camera sees? Other integrators find rare light more easily: try --integrator path",
         ));

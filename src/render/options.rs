@@ -186,12 +186,7 @@ impl RenderOptions {
     /// The requested part of an image of this size.
     fn window(&self, (width, height): (u32, u32)) -> Result<Window> {
         match self.crop {
-            None => Ok(Window {
-                x: 0,
-                y: 0,
-                width,
-                height,
-            }),
+            None => Ok(Window::whole((width, height))),
             Some([x0, y0, x1, y1]) if x0 < x1 && y0 < y1 && x1 <= width && y1 <= height => {
                 Ok(Window {
                     x: x0,
@@ -252,8 +247,8 @@ mod tests {
             seed: Some(5),
             ..RenderOptions::samples(9)
         };
-        let wished = options.settings(&scene()).expect("valid");
-        assert_eq!((wished.budget.spp, wished.seed), (Some(9), 5));
+        let settings = options.settings(&scene()).expect("valid");
+        assert_eq!((settings.budget.spp, settings.seed), (Some(9), 5));
         let options = RenderOptions {
             error: Some(0.1),
             ..RenderOptions::default()

@@ -59,7 +59,7 @@ impl PathStrategy {
 /// # Errors
 /// The errors of [`strategies::check`].
 pub fn path_strategies(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
 ) -> Result<[Image; 3]> {
@@ -72,11 +72,11 @@ pub fn path_strategies(
     let film = Film::new(settings.window, settings.tile_size);
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
     let integrator = dispatch::path_with_all(settings);
-    let kernel = dispatch::kernel(view.scene, settings);
+    let kernel = dispatch::kernel(input.scene, settings);
     threads.run(|| {
         film.tiles().par_iter().with_max_len(1).for_each(|tile| {
             let job = TileJob {
-                view: *view,
+                input: *input,
                 splats: &splats,
                 image: settings.window,
                 tile: tile.window,
@@ -92,7 +92,7 @@ pub fn path_strategies(
 
 /// The job of sampling a tile.
 struct TileJob<'a> {
-    view: RenderInput<'a>,
+    input: RenderInput<'a>,
     splats: &'a [Splats; 3],
     image: Window,
     tile: Window,
@@ -105,7 +105,7 @@ impl KernelJob for TileJob<'_> {
     type Output = ();
 
     fn run<E: Effects>(self) {
-        let RenderInput { scene, filter, .. } = self.view;
+        let RenderInput { scene, filter, .. } = self.input;
         let integrator = self.integrator;
         let source = CameraRaySource {
             scene,
@@ -113,7 +113,7 @@ impl KernelJob for TileJob<'_> {
             filter_sampling: FilterSampling::Importance,
             sampler: self.sampler,
         };
-        let mut camera_rays = SampleWavefront::<E>::new();
+        let mut wavefront = SampleWavefront::<E>::new();
         let mut light_path_splats = LightPathSplats {
             reaches: &|film| Splats::covers(self.image, filter, film),
             with_gains: false,
@@ -122,27 +122,25 @@ impl KernelJob for TileJob<'_> {
         for block in PixelBlock::covering(self.tile, 1) {
             let lanes = block.lanes_in(self.tile);
             for sample in 0..self.spp {
-                camera_rays.clear();
+                wavefront.clear();
                 let index = PacketIndex { block, sample };
                 let mut found = Found::default();
-                camera_rays.add(&source, index, lanes, &mut found);
-                camera_rays.trace(scene);
+                wavefront.add(&source, index, lanes, &mut found);
+                wavefront.trace(scene);
                 for lane in lanes.each() {
                     found = Found::default();
-                    let elsewhere = &mut SplatList::none();
-                    camera_rays.estimate_one(0, lane, scene, integrator, &mut found, elsewhere);
-                    let weight = camera_rays.weight(0, lane);
-                    let Found { by_scattering, lit } = found;
-                    self.add(
-                        PathStrategy::Scattering,
-                        &index,
-                        lane,
-                        weight * by_scattering,
-                    );
-                    self.add(PathStrategy::LightSampling, &index, lane, weight * lit);
+                    let splats = &mut SplatList::none();
+                    wavefront.estimate_one(0, lane, scene, integrator, &mut found, splats);
+                    let weight = wavefront.weight(0, lane);
+                    for (strategy, value) in [
+                        (PathStrategy::Scattering, found.by_scattering),
+                        (PathStrategy::LightSampling, found.by_light_sampling),
+                    ] {
+                        self.add(strategy, &index, lane, weight * value);
+                    }
                 }
                 let found = &mut light_path_splats;
-                camera_rays.trace_light_paths(scene, integrator, self.tile, found);
+                wavefront.trace_light_paths(scene, integrator, self.tile, found);
                 let splats = &self.splats[PathStrategy::LightPaths as usize];
                 for it in found.splats.drain(..).map(|it| it.splat) {
                     if it.value.is_finite() {
@@ -170,7 +168,7 @@ impl TileJob<'_> {
 #[derive(Default)]
 struct Found {
     by_scattering: Rgb,
-    lit: Rgb,
+    by_light_sampling: Rgb,
 }
 
 impl PathObserver for Found {
@@ -183,6 +181,6 @@ impl PathObserver for Found {
     }
 
     fn light(&mut self, contribution: Rgb, _weight: f32, visible: f32) {
-        self.lit += visible * contribution;
+        self.by_light_sampling += visible * contribution;
     }
 }

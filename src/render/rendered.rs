@@ -8,7 +8,7 @@ use super::adaptive::allocation::Allocation;
 use super::budget::PlannerState;
 use super::convergence::{Look, PowerLaw, stated};
 use super::progress::Predicted;
-use super::settings::{Adaptive, ErrorTarget, RenderSettings};
+use super::settings::{ErrorTarget, RenderSettings};
 use super::tally::Rejected;
 use crate::film::filter::Filter;
 use crate::film::{ErrorEstimate, Film};
@@ -31,6 +31,8 @@ pub struct Rendered {
     pub worth: Option<f64>,
     /// The allocation of samples to the pixels of an adaptive render, once its pilot is over.
     pub allocation: Option<Arc<Allocation>>,
+    /// Whether the samples are a shard, to be merged with others.
+    pub is_shard: bool,
     /// Whether this is the pilot, or a part of the pilot, of an adaptive render whose other samples are taken elsewhere.
     pub is_pilot: bool,
     /// Whether some pixels of an adaptive render have more samples than at its level, after an interruption.
@@ -58,20 +60,13 @@ pub struct Rendered {
 impl Rendered {
     /// A render that has not begun.
     pub fn nothing(settings: &RenderSettings, filter: &Filter) -> Self {
-        let film = Film::new(settings.window, settings.tile_size);
-        let mut film = film.with_reach(settings.reach(filter));
-        if settings.splats() {
-            film = film.with_splats();
-        }
-        if settings.adaptive != Adaptive::Off {
-            film = film.with_counts();
-        }
         Self {
-            film,
+            film: Film::of_layout(&settings.film_layout(filter)),
             first: 0,
             spp: 0,
             worth: None,
             allocation: None,
+            is_shard: false,
             is_pilot: false,
             is_uneven: false,
             elapsed: Duration::ZERO,

@@ -58,14 +58,14 @@ struct Shown {
 impl<'a> Run<'a> {
     /// A run that continues a render.
     pub(super) fn new(
-        view: &RenderInput<'a>,
+        input: &RenderInput<'a>,
         settings: &'a RenderSettings,
         observer: &'a dyn RenderObserver,
         rendered: &Rendered,
     ) -> Self {
         Self {
-            scene: view.scene,
-            filter: view.filter,
+            scene: input.scene,
+            filter: input.filter,
             settings,
             observer,
             start: Instant::now(),
@@ -95,6 +95,7 @@ impl<'a> Run<'a> {
         };
         let looks = rendered.looks.clone();
         let mut planner = PassPlanner::new(budget, step, forecast_input)
+            .in_rounds(rendered.is_shard)
             .resumed_from(rendered.spp, looks)
             .restored(rendered.planner, rendered.elapsed);
         let known = rendered.allocation.clone();

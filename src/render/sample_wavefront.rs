@@ -67,7 +67,7 @@ pub struct SampleWavefront<E: Effects> {
     weights: Vec<Lanes<f32>>,
     /// The number of requested samples.
     count: usize,
-    memory: PathScratch<E>,
+    scratch: PathScratch<E>,
 }
 
 impl<E: Effects> SampleWavefront<E> {
@@ -82,7 +82,7 @@ impl<E: Effects> SampleWavefront<E> {
             positions: Vec::new(),
             weights: Vec::new(),
             count: 0,
-            memory: PathScratch::default(),
+            scratch: PathScratch::default(),
         }
     }
 
@@ -211,8 +211,8 @@ impl<E: Effects> SampleWavefront<E> {
                 samples.active = ActiveLanes::first(LANES);
             }
         }
-        let (samplers, memory) = (&mut self.samplers, &mut self.memory);
-        integrator.radiances::<E, _, _>(scene, samplers, samples, memory, observer);
+        let (samplers, scratch) = (&mut self.samplers, &mut self.scratch);
+        integrator.radiances::<E, _, _>(scene, samplers, samples, scratch, observer);
     }
 
     /// Estimates one sample, whose camera ray is traced.
@@ -261,7 +261,7 @@ impl<E: Effects> SampleWavefront<E> {
                 scene,
                 &mut self.samplers,
                 &mut self.light_samples,
-                &mut self.memory,
+                &mut self.scratch,
                 splats,
             );
             for (light_samples, samples) in self.light_samples.iter().zip(&mut self.samples) {

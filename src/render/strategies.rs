@@ -74,25 +74,25 @@ pub fn check(settings: &RenderSettings) -> Result<u64> {
 /// # Errors
 /// The errors of [`check`].
 pub fn strategies(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
 ) -> Result<Vec<StrategyImages>> {
     let spp = check(settings)?;
-    let pictures = StrategySplats {
-        view: *view,
+    let splats = StrategySplats {
+        input: *input,
         window: settings.window,
         spp,
-        found: Mutex::default(),
+        by_strategy: Mutex::default(),
     };
     let film = Film::new(settings.window, settings.tile_size);
-    let kernel = dispatch::kernel(view.scene, settings);
+    let kernel = dispatch::kernel(input.scene, settings);
     let integrator = dispatch::bidirectional(settings, settings.window.pixel_count() as f64);
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
     threads.run(|| {
         film.tiles().par_iter().with_max_len(1).for_each(|tile| {
             let job = Job {
-                pictures: &pictures,
+                splats: &splats,
                 window: tile.window,
                 integrator,
                 sampler: &sampler,
@@ -100,17 +100,17 @@ pub fn strategies(
             dispatch::run_matte_or_everything(kernel, job);
         });
     });
-    let found = pictures.found.into_inner();
-    let found = found.expect("no thread panics while it holds this");
-    let picture = |splats: &Splats| image_of(splats, settings.window, spp);
-    let pictures = found
+    let by_strategy = splats.by_strategy.into_inner();
+    let by_strategy = by_strategy.expect("no thread panics while it holds this");
+    let image = |splats: &Splats| image_of(splats, settings.window, spp);
+    let images = by_strategy
         .iter()
         .map(|(&strategy, [unweighted, weighted])| StrategyImages {
             strategy,
-            unweighted: picture(unweighted),
-            weighted: picture(weighted),
+            unweighted: image(unweighted),
+            weighted: image(weighted),
         });
-    Ok(pictures.collect())
+    Ok(images.collect())
 }
 
 /// The image of the splats of all samples.
@@ -121,18 +121,18 @@ pub(super) fn image_of(splats: &Splats, window: Window, spp: u64) -> Image {
     Image::new(window.width, window.height, pixels.collect())
 }
 
-/// The images under construction.
+/// The sums of the images of all strategies.
 struct StrategySplats<'a> {
-    view: RenderInput<'a>,
+    input: RenderInput<'a>,
     window: Window,
     spp: u64,
     /// The splats of each strategy, unweighted and weighted.
-    found: Mutex<BTreeMap<Strategy, [Splats; 2]>>,
+    by_strategy: Mutex<BTreeMap<Strategy, [Splats; 2]>>,
 }
 
 /// The job of sampling a tile.
 struct Job<'a> {
-    pictures: &'a StrategySplats<'a>,
+    splats: &'a StrategySplats<'a>,
     window: Window,
     integrator: Bidirectional,
     sampler: &'a AnySampler,
@@ -142,8 +142,8 @@ impl KernelJob for Job<'_> {
     type Output = ();
 
     fn run<E: Effects>(self) {
-        let StrategySplats { view, window, .. } = *self.pictures;
-        let RenderInput { scene, filter, .. } = view;
+        let StrategySplats { input, window, .. } = *self.splats;
+        let RenderInput { scene, filter, .. } = input;
         let reaches = |film| Splats::covers(window, filter, film);
         let source = CameraRaySource {
             scene,
@@ -151,21 +151,21 @@ impl KernelJob for Job<'_> {
             filter_sampling: FilterSampling::Importance,
             sampler: self.sampler,
         };
-        let mut camera_rays = SampleWavefront::<E>::new();
+        let mut wavefront = SampleWavefront::<E>::new();
         for block in PixelBlock::covering(self.window, 1) {
             let lanes = block.lanes_in(self.window);
             let mut contributions: Lanes<Vec<Contribution>> = Default::default();
-            for sample in 0..self.pictures.spp {
-                camera_rays.clear();
+            for sample in 0..self.splats.spp {
+                wavefront.clear();
                 let index = PacketIndex { block, sample };
-                camera_rays.add(&source, index, lanes, &mut NullPathObserver);
-                camera_rays.trace(scene);
+                wavefront.add(&source, index, lanes, &mut NullPathObserver);
+                wavefront.trace(scene);
                 for lane in lanes.each() {
-                    let weight = camera_rays.weight(0, lane);
-                    let (camera_ray, hit) = camera_rays.samples(0).camera_ray(lane);
+                    let weight = wavefront.weight(0, lane);
+                    let (camera_ray, hit) = wavefront.samples(0).camera_ray(lane);
                     self.integrator.contributions::<E, _, _>(
                         scene,
-                        camera_rays.sampler(0, lane),
+                        wavefront.sampler(0, lane),
                         &camera_ray,
                         hit,
                         &mut RayCounts::default(),
@@ -181,7 +181,7 @@ impl KernelJob for Job<'_> {
                 }
             }
             for lane in lanes.each() {
-                self.pictures.add(block.pixel(lane), &contributions[lane]);
+                self.splats.add(block.pixel(lane), &contributions[lane]);
             }
         }
     }
@@ -189,20 +189,20 @@ impl KernelJob for Job<'_> {
 
 impl StrategySplats<'_> {
     fn add(&self, pixel: [u32; 2], contributions: &[Contribution]) {
-        let mut found = self
-            .found
+        let mut by_strategy = self
+            .by_strategy
             .lock()
             .expect("no thread panics while it holds this");
         // The sums are divided by the samples of all pixels, of which each pixel has one in `pixel_count`.
         let share = self.window.pixel_count() as f32;
         for contribution in contributions {
             let new = || [0, 1].map(|_| Splats::new(self.window));
-            let pictures = found.entry(contribution.strategy).or_insert_with(new);
+            let splats = by_strategy.entry(contribution.strategy).or_insert_with(new);
             let values = [contribution.unweighted, contribution.value()];
-            for (picture, value) in pictures.iter().zip(values) {
+            for (splats, value) in splats.iter().zip(values) {
                 match contribution.film {
-                    Some(film) => picture.add(self.view.filter, 0, film, value),
-                    None => picture.add_to_pixel(0, pixel, share * value),
+                    Some(film) => splats.add(self.input.filter, 0, film, value),
+                    None => splats.add_to_pixel(0, pixel, share * value),
                 }
             }
         }

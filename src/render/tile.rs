@@ -91,12 +91,12 @@ impl IntegratorJob for PassJob<'_> {
         let new = || TileSampler::<E, I>::new(source, integrator, &reaches);
         // Every thread takes the next tile when it is done with one, and keeps its memory.
         let tiles = self.tiles.into_iter().par_bridge();
-        tiles.for_each_init(new, |wavefront, (tile, sample_range)| {
+        tiles.for_each_init(new, |sampler, (tile, sample_range)| {
             if (self.is_cancelled)() {
                 return;
             }
             let samples = sample_range.sample_count(tile);
-            let tally = wavefront.tile(tile, sample_range, &mut NullPathObserver);
+            let tally = sampler.tile(tile, sample_range, &mut NullPathObserver);
             (self.tile_done)(tally, samples);
         });
     }
@@ -115,35 +115,35 @@ impl<O: PathObserver + ?Sized> IntegratorJob for ObservedTileJob<'_, O> {
 
     fn run<E: Effects, I: Integrator>(self, integrator: I) -> Tally {
         let reaches = |film| self.source.reaches(film);
-        let mut wavefront = TileSampler::<E, I>::new(self.source, integrator, &reaches);
-        wavefront.tile(self.tile, self.sample_range, self.observer)
+        let mut sampler = TileSampler::<E, I>::new(self.source, integrator, &reaches);
+        sampler.tile(self.tile, self.sample_range, self.observer)
     }
 }
 
-/// A wavefront of samples.
+/// Takes the samples of tiles, a wavefront at a time.
 struct TileSampler<'a, E: Effects, I> {
     source: SampleSource<'a>,
     integrator: I,
-    camera_rays: SampleWavefront<E>,
+    wavefront: SampleWavefront<E>,
     /// The splats of the current sample.
-    elsewhere: SplatList<'a>,
+    sample_splats: SplatList<'a>,
     /// The splats of light paths beside the camera paths of the wavefront.
-    by_light_paths: LightPathSplats<'a>,
+    light_path_splats: LightPathSplats<'a>,
     tally: Tally,
 }
 
 impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
-    /// Creates an empty wavefront, given whether a splat at a film position would count.
+    /// Creates a sampler without samples, given whether a splat at a film position would count.
     fn new(source: SampleSource<'a>, integrator: I, reaches: &'a dyn Fn(Vec2) -> bool) -> Self {
         Self {
             source,
             integrator,
-            camera_rays: SampleWavefront::new(),
-            elsewhere: SplatList {
+            wavefront: SampleWavefront::new(),
+            sample_splats: SplatList {
                 reaches,
                 splats: Vec::new(),
             },
-            by_light_paths: LightPathSplats {
+            light_path_splats: LightPathSplats {
                 reaches,
                 with_gains: source.gains.is_some(),
                 splats: Vec::new(),
@@ -217,9 +217,9 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             }
             let index = PacketIndex { block, sample };
             sample += 1;
-            self.camera_rays
+            self.wavefront
                 .add(&self.source.rays, index, lanes, observer);
-            if self.camera_rays.is_full() {
+            if self.wavefront.is_full() {
                 self.advance(tile, observer);
             }
         }
@@ -228,32 +228,32 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
     /// Estimates all samples, and adds them to the film.
     fn advance<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
         let scene = self.source.rays.scene;
-        self.camera_rays.trace(scene);
+        self.wavefront.trace(scene);
         let is_together = I::IS_WAVEFRONT && !observer.is_sequential();
         if is_together {
-            self.camera_rays
+            self.wavefront
                 .estimate::<I, O>(scene, self.integrator, observer);
             self.trace_light_paths(tile);
         }
-        for packet in 0..self.camera_rays.indices().len() {
+        for packet in 0..self.wavefront.indices().len() {
             let mut kept = ActiveLanes::NONE;
-            for lane in self.camera_rays.requested(packet).each() {
+            for lane in self.wavefront.requested(packet).each() {
                 if !is_together {
-                    let splats = &mut self.elsewhere;
+                    let splats = &mut self.sample_splats;
                     let integrator = self.integrator;
-                    self.camera_rays
+                    self.wavefront
                         .estimate_one(packet, lane, scene, integrator, observer, splats);
                 }
                 if !tile.window.contains(self.pixel(packet, lane)) {
                     // Only the samples of the tile's own pixels are counted for splats, so that others must not add
                     // any.
-                    self.elsewhere.splats.clear();
+                    self.sample_splats.splats.clear();
                 }
                 kept.set(lane, self.film(tile, packet, lane, observer));
             }
             self.splat(tile, packet, kept);
         }
-        self.camera_rays.clear();
+        self.wavefront.clear();
     }
 
     /// Traces the light paths of all samples, which are estimated, and adds their splats to the film.
@@ -265,11 +265,11 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             return;
         }
         let scene = self.source.rays.scene;
-        let found = &mut self.by_light_paths;
-        self.camera_rays
+        let found = &mut self.light_path_splats;
+        self.wavefront
             .trace_light_paths(scene, self.integrator, tile.window, found);
         for LightPathSplat { path, splat, gain } in found.splats.drain(..) {
-            let (sample, [x, y]) = self.camera_rays.sample_of(path);
+            let (sample, [x, y]) = self.wavefront.sample_of(path);
             let Splat { film, value } = splat;
             if value.is_finite() {
                 let filter = self.source.rays.filter;
@@ -286,22 +286,22 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
 
     /// The pixel of a sample.
     fn pixel(&self, packet: usize, lane: usize) -> [u32; 2] {
-        self.camera_rays.indices()[packet].block.pixel(lane)
+        self.wavefront.indices()[packet].block.pixel(lane)
     }
 
     /// Adds the samples of a packet to all pixels that they contribute to, if these are several.
     fn splat(&self, tile: &mut Tile, packet: usize, samples: ActiveLanes<LANES>) {
         let footprint = self.source.rays.filter.footprint();
         if let (Some(splatted), Some(footprint)) = (&mut tile.splatted, footprint) {
-            let PacketIndex { block, sample } = self.camera_rays.indices()[packet];
+            let PacketIndex { block, sample } = self.wavefront.indices()[packet];
             let radiance = |lane| match samples.has(lane) {
-                true => self.camera_rays.value(packet, lane),
+                true => self.wavefront.value(packet, lane),
                 false => Rgb::BLACK,
             };
             let samples = SplattedSamples {
                 active: samples,
                 pixels: block.pixels(),
-                positions: *self.camera_rays.positions(packet),
+                positions: *self.wavefront.positions(packet),
                 radiance: std::array::from_fn(radiance),
             };
             splatted.add(footprint, sample, &samples);
@@ -318,21 +318,21 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         lane: usize,
         observer: &mut O,
     ) -> bool {
-        let sample = self.camera_rays.indices()[packet].sample;
+        let sample = self.wavefront.indices()[packet].sample;
         let [x, y] = self.pixel(packet, lane);
-        let value = self.camera_rays.value(packet, lane);
+        let value = self.wavefront.value(packet, lane);
         let is_splatted = tile.splatted.is_some();
         let largest = if is_splatted {
             MAX_WEIGHT * value
         } else {
             value
         };
-        let elsewhere = &mut self.elsewhere.splats;
+        let sample_splats = &mut self.sample_splats.splats;
         let is_finite =
-            largest.is_finite() && elsewhere.iter().all(|splat| splat.value.is_finite());
+            largest.is_finite() && sample_splats.iter().all(|splat| splat.value.is_finite());
         if is_finite {
             if let Some(splats) = self.source.splats {
-                for splat in &*elsewhere {
+                for splat in &*sample_splats {
                     splats.add(self.source.rays.filter, sample, splat.film, splat.value);
                 }
             }
@@ -343,8 +343,8 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             let first = Some(NonFiniteSample { y, x, sample });
             self.tally.rejected.merge(Rejected { count: 1, first });
         }
-        elsewhere.clear();
-        let rays = self.camera_rays.samples(packet).estimate(lane).rays;
+        sample_splats.clear();
+        let rays = self.wavefront.samples(packet).estimate(lane).rays;
         self.tally.rays += rays;
         if let Some(of_pixels) = &mut tile.rays {
             of_pixels[tile.window.index([x, y])] += rays.total();

@@ -27,7 +27,7 @@ fn samples_of_first_hits(spp: u64) -> u64 {
 /// # Errors
 /// A usage error for a render without layers requested.
 pub fn layers(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     settings: &RenderSettings,
     rendered: &Rendered,
 ) -> Result<Vec<Layer>> {
@@ -36,19 +36,19 @@ pub fn layers(
             "only a render that was asked for layers has what they are made of",
         ));
     }
-    let of_scene = of_scene(view, settings, rendered, rendered.spp);
+    let of_scene = of_scene(input, settings, rendered, rendered.spp);
     Ok(with_film(of_scene, &rendered.film))
 }
 
 /// Computes the layers that need the scene, for a render of `spp` samples per pixel, on rayon's current threads.
 pub fn of_scene(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     settings: &RenderSettings,
     rendered: &Rendered,
     spp: u64,
 ) -> Vec<Layer> {
     let spp = samples_of_first_hits(spp);
-    let first = first_hits(view.scene, view.filter, settings, spp);
+    let first = first_hits(input.scene, input.filter, settings, spp);
     let of_first = |name: &str, get: &dyn Fn(&FirstHit) -> f32| Layer {
         name: name.to_owned(),
         samples: first.iter().map(get).collect(),
@@ -66,7 +66,7 @@ pub fn of_scene(
         of_first("se.depth", &|hit| hit.standard_errors.distance),
     ];
     layers.extend(rendered.cache.as_ref().map(|cache| {
-        let cover = cover(view.scene, view.filter, settings, cache);
+        let cover = cover(input.scene, input.filter, settings, cache);
         Layer {
             name: "cache.Y".to_owned(),
             samples: cover.into_iter().map(|count| count as f32).collect(),

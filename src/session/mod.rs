@@ -187,7 +187,7 @@ impl Session {
     ) -> Result<Recommendation> {
         let mut settings = options.settings(&self.description)?;
         settings.threads = self.threads.count();
-        recommend(&self.view(), &self.threads, &settings, observer)
+        recommend(&self.input(), &self.threads, &settings, observer)
     }
 
     /// Renders with the given options.
@@ -295,7 +295,7 @@ impl Session {
         self.state = planted!("changes-unnoticed", self.state, State::next());
     }
 
-    fn view(&self) -> RenderInput<'_> {
+    fn input(&self) -> RenderInput<'_> {
         RenderInput {
             scene: &self.scene,
             filter: &self.filter,

@@ -8,13 +8,11 @@ use super::{Session, State, layers};
 use crate::error::{Error, Result};
 use crate::film::error_bars::ErrorBars;
 use crate::film::filter::Filter;
-use crate::film::splats::Splats;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
 use crate::memory;
 use crate::render::auto::{PathChoices, Recommendation, Settled, settle};
 use crate::render::options::RenderOptions;
-use crate::render::settings::Adaptive;
 use crate::render::settings::{Budget, RenderSettings};
 use crate::render::{RenderObserver, Rendered, check, check_is_lit, resume};
 use crate::state::Fingerprint;
@@ -41,14 +39,14 @@ impl Rendering {
         options: &RenderOptions,
         observer: &dyn RenderObserver,
     ) -> Result<Self> {
-        let mut wished = options.settings(&session.description)?;
-        wished.threads = session.threads.count();
-        let view = session.view();
+        let mut requested = options.settings(&session.description)?;
+        requested.threads = session.threads.count();
+        let input = session.input();
         let Settled {
             settings,
             recommendation,
             choices,
-        } = settle(&view, &session.threads, &wished, observer)?;
+        } = settle(&input, &session.threads, &requested, observer)?;
         check(&session.scene, &settings)?;
         check_room(&settings, &session.filter)?;
         Ok(Self {
@@ -76,7 +74,7 @@ impl Rendering {
     ) -> Result<()> {
         self.check_session(session)?;
         resume(
-            &session.view(),
+            &session.input(),
             &session.threads,
             &self.settings,
             until,
@@ -156,8 +154,8 @@ impl Rendering {
     /// A session that has changed since the rendering began or is another one, or a render without layers requested.
     pub fn layered(&self, session: &Session) -> Result<LayeredImage> {
         self.check_session(session)?;
-        let view = session.view();
-        let layers = || layers::layers(&view, &self.settings, &self.rendered);
+        let input = session.input();
+        let layers = || layers::layers(&input, &self.settings, &self.rendered);
         let layers = session.threads.run(layers)?;
         Ok(LayeredImage {
             layers,
@@ -184,13 +182,7 @@ fn check_room(settings: &RenderSettings, filter: &Filter) -> Result<()> {
 
 /// The memory of a render beside its scene, in bytes.
 fn memory_of(settings: &RenderSettings, filter: &Filter) -> u64 {
-    let has_counts = settings.adaptive != Adaptive::Off;
-    let of_pixel = usize::from(settings.splats()) * Splats::BYTES_PER_PIXEL
-        + usize::from(has_counts) * Film::BYTES_OF_COUNTS;
-    let others = settings
-        .window
-        .pixel_count()
-        .saturating_mul(of_pixel as u64 + Film::WORKING_MEMORY);
-    let sums = Film::memory(settings.window, settings.tile_size, settings.reach(filter));
-    sums.saturating_add(others)
+    let pixels = settings.window.pixel_count();
+    let film = settings.film_layout(filter).memory();
+    film.saturating_add(pixels.saturating_mul(Film::WORKING_MEMORY))
 }

@@ -72,6 +72,7 @@ impl Rendering {
                 "a shard has a known number of samples: leave out --error",
             ));
         }
+        self.rendered.is_shard = self.shard.is_some();
         self.rendered.is_pilot = is_adaptive && pilot.is_none();
         state.continue_in(&mut self.rendered)
     }
@@ -159,6 +160,7 @@ impl Rendering {
             true => part_of_pilot(shard, all?.end)?,
             false => all.and_then(|all| shard.samples_after(all.start, all.end))?,
         };
+        self.rendered.is_shard = true;
         self.rendered.is_pilot = is_pilot;
         self.rendered.first = samples.start;
         self.shard = Some(samples);
@@ -263,7 +265,10 @@ impl Rendering {
         let shard = self.shard.as_ref().map(|it| [it.start, it.end]);
         let description = session.description();
         Ok(Header {
-            spp: self.whole_spp(),
+            // An error ends a render before its limit.
+            spp: self
+                .whole_spp()
+                .filter(|_| self.settings.budget.error.is_none()),
             shard,
             wants_layers: self.settings.layers,
             bias: self.settings.bias(session.scene.effects),
@@ -284,19 +289,22 @@ impl Rendering {
         Ok(self.identity.get_or_init(|| identity).clone())
     }
 
-    /// Whether the layers of the first hits belong into the state: into that of one shard, which has all its samples. A render
-    /// that was interrupted may have little time left, and its first hits cannot be interrupted.
+    /// Whether the layers of the first hits belong into the state: into that of one shard, also if time or error ended it. A
+    /// render that was interrupted may have little time left, and its first hits cannot be interrupted.
     fn includes_layers(&self) -> bool {
-        let spp = self.budget().spp;
-        let has_all = spp.is_none_or(|spp| self.rendered.spp >= spp);
-        let is_complete = has_all && !self.rendered.cancelled;
-        self.settings.layers && self.rendered.first == 0 && is_complete
+        let Rendered {
+            first,
+            spp,
+            cancelled,
+            ..
+        } = self.rendered;
+        self.settings.layers && first == 0 && spp > 0 && !cancelled
     }
 
     /// The layers of the whole render's first hits.
     fn layers_of_scene(&self, session: &Session) -> Vec<Layer> {
         let spp = self.whole_spp().unwrap_or(self.rendered.spp);
-        layers::of_scene(&session.view(), &self.settings, &self.rendered, spp)
+        layers::of_scene(&session.input(), &self.settings, &self.rendered, spp)
     }
 }
 

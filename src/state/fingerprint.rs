@@ -74,7 +74,13 @@ pub fn fingerprint(
     tracing: AccelOptions,
 ) -> Result<Fingerprint> {
     Ok(Fingerprint {
-        program: concat!("etendue ", env!("CARGO_PKG_VERSION")).to_owned(),
+        program: concat!(
+            "etendue ",
+            env!("CARGO_PKG_VERSION"),
+            " of the sources ",
+            env!("ETENDUE_SOURCES")
+        )
+        .to_owned(),
         scene: scene(description)?,
         settings: all_settings(description, settings, tracing)?,
     })

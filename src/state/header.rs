@@ -11,7 +11,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::film::batches::BATCHES;
 use crate::film::footprint::MAX_REACH;
 use crate::film::splats::Splats;
-use crate::film::{Film, Window};
+use crate::film::{Film, FilmLayout, Window};
 use crate::image::{Layer, MAX_SIDE};
 use crate::integrator::RayCounts;
 use crate::memory;
@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 pub(super) const MAX_COUNTED: u64 = 1 << 61;
 
 /// The longest time of rendering, in seconds.
-const LONGEST: f64 = 1e15;
+const MAX_SECONDS: f64 = 1e15;
 
 /// The pilot of an adaptive render, which decides the counts of its other samples.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -167,21 +167,23 @@ impl Header {
     /// Too little memory.
     pub fn empty_film(&self) -> Result<Film> {
         let Window { width, height, .. } = self.window;
-        let of_pixel = usize::from(self.paths.is_some()) * Splats::BYTES_PER_PIXEL
-            + usize::from(self.has_counts) * Film::BYTES_OF_COUNTS
-            + self.layers.len() * size_of::<f32>();
-        let others = self.window.pixel_count().saturating_mul(of_pixel as u64);
-        let sums = Film::memory(self.window, self.tile_size, self.reach);
-        let bytes = sums.saturating_add(others);
+        let layout = self.film_layout();
+        let of_layers = (self.layers.len() * size_of::<f32>()) as u64;
+        let layers = self.window.pixel_count().saturating_mul(of_layers);
+        let bytes = layout.memory().saturating_add(layers);
         memory::check(bytes, || format!("an image of {width} x {height} pixels"))?;
-        let mut film = Film::new(self.window, self.tile_size).with_reach(self.reach);
-        if self.paths.is_some() {
-            film = film.with_splats();
+        Ok(Film::of_layout(&layout))
+    }
+
+    /// The layout of the film of these samples.
+    pub(super) fn film_layout(&self) -> FilmLayout {
+        FilmLayout {
+            window: self.window,
+            tile_size: self.tile_size,
+            reach: self.reach,
+            has_splats: self.paths.is_some(),
+            has_counts: self.has_counts,
         }
-        if self.has_counts {
-            film = film.with_counts();
-        }
-        Ok(film)
     }
 
     /// Refuses a header that no render writes, and one for which the file's body is too short.
@@ -205,7 +207,7 @@ impl Header {
         self.check_samples()?;
         let pixels = self.window.pixel_count();
         let tiles = |length: u32| u64::from(length.div_ceil(self.tile_size));
-        let sums = Film::sum_count(self.window, self.tile_size, self.reach);
+        let sums = self.film_layout().sum_count();
         let words = u64::from(self.paths.is_some())
             + self.layers.len() as u64
             + 4 * u64::from(self.has_counts);
@@ -249,7 +251,7 @@ impl Header {
             || self
                 .worth
                 .is_some_and(|worth| !(1.0..=1e18).contains(&worth))
-            || !(0.0..=LONGEST).contains(&self.seconds)
+            || !(0.0..=MAX_SECONDS).contains(&self.seconds)
         {
             return Err(damaged(
                 "its header has an impossible count of samples or rays, or an impossible time"

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The error is looked at when one part in this many of the samples is merged.
-const APART: u64 = 4;
+const LOOK_DIVISOR: u64 = 4;
 
 /// The files of a render, which belong together.
 #[derive(Debug)]
@@ -105,7 +105,11 @@ impl Merge {
                 seconds: 0.0,
                 rays: Default::default(),
                 rejected: Default::default(),
-                looks: vec![],
+                // Looks at the first samples are looks of the whole.
+                looks: match first.done[0][0] {
+                    0 => first.looks.clone(),
+                    _ => vec![],
+                },
                 planner: None,
                 paths: first.paths.map(|_| Default::default()),
                 layers: vec![],
@@ -123,9 +127,11 @@ impl Merge {
             let file = next?;
             let then = merged + header.samples();
             // A look at the error on the way tells how it falls.
-            if merged > 0 && APART * merged <= total && APART * then > total {
+            if merged > 0 && LOOK_DIVISOR * merged <= total && LOOK_DIVISOR * then > total {
                 let error = sum.film.error(CONFIDENCE);
-                let look = error.map(|error| Look::new(sum.worth_of(merged), &error));
+                let worth = sum.worth_of(merged);
+                sum.header.looks.retain(|look| look.samples < worth);
+                let look = error.map(|error| Look::new(worth, &error));
                 sum.header.looks.extend(look);
             }
             if let Some(pilot) = &header.pilot
@@ -226,16 +232,7 @@ fn ranges(parts: &[(PathBuf, Header)]) -> Vec<([u64; 2], usize)> {
 fn check_same(first: &Path, a: &Header, other: &Path, b: &Header) -> Result<()> {
     let [ours, theirs] = [first, other].map(|path| path.display().to_string());
     let mut differences = a.identity.differences(&b.identity, &ours, &theirs);
-    let sums = |header: &Header| {
-        (
-            header.window,
-            header.tile_size,
-            header.reach,
-            header.paths.is_some(),
-            header.has_counts,
-        )
-    };
-    if sums(a) != sums(b) {
+    if a.film_layout() != b.film_layout() {
         differences.push(format!("{ours} and {theirs} keep different sums"));
     }
     match differences.is_empty() {

@@ -35,10 +35,10 @@ use crate::error::{Error, Result};
 use crate::film::batches::BATCHES;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::Layer;
-use crate::render::Rendered;
 use crate::render::adaptive::allocation::Allocation;
 use crate::render::convergence::{Forecast, Look, stated};
 use crate::render::settings::SamplerKind;
+use crate::render::{Rendered, check_found_light};
 pub use file::{FORMAT, read_header, with_checksum};
 pub use fingerprint::{Fingerprint, fingerprint};
 pub use header::{Header, Pilot};
@@ -61,6 +61,14 @@ pub struct State {
 }
 
 impl State {
+    /// Checks that the Markov chains of a whole render found light.
+    ///
+    /// # Errors
+    /// A render by Markov chains that is black.
+    pub fn check_is_lit(&self) -> Result<()> {
+        check_found_light(self.header.identity.name("integrator"), &self.film)
+    }
+
     /// The estimated error of the samples, with an upper bound of this confidence; `None` if it cannot be estimated.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let error = self.film.error(confidence)?;

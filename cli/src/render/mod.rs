@@ -168,7 +168,9 @@ fn finish(
         job.write(outputs, picture, denoised.as_ref(), metadata, &mut failures);
         times.write += writing.elapsed().as_secs_f64();
     }
-    if let Some(folder) = &arguments.bdpt_strategies {
+    if let Some(folder) = &arguments.bdpt_strategies
+        && !rendered.cancelled
+    {
         let writing = Instant::now();
         failures.note(job.write_strategies(folder, session.filter()));
         times.write += writing.elapsed().as_secs_f64();
@@ -213,6 +215,16 @@ fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     if arguments.layers && !outputs.iter().any(has_layers) {
         return Err(Error::usage(
             "--layers needs an output format that stores layers, such as -o image.exr",
+        ));
+    }
+    if arguments.denoise.is_some() && images(outputs).next().is_none() {
+        return Err(Error::usage(
+            "--denoise filters an image: give one by -o, or the state files to `etendue merge --denoise`",
+        ));
+    }
+    if arguments.bdpt_strategies.is_some() && arguments.state.shard.is_some() {
+        return Err(Error::usage(
+            "--bdpt-strategies renders all samples itself: leave out --shard",
         ));
     }
     if let Some(filter) = arguments.denoise {
@@ -267,7 +279,7 @@ impl Job<'_> {
     /// Writes the contribution of each strategy: its weighted image, and for bidirectional path tracing the unweighted one.
     fn write_strategies(&self, folder: &Path, filter: &Filter) -> Result<()> {
         make_folder(folder)?;
-        let view = RenderInput {
+        let input = RenderInput {
             scene: self.scene,
             filter,
             size: self.description.film.size,
@@ -275,14 +287,14 @@ impl Job<'_> {
         let threads = Threads::new(self.settings.threads)?;
         let options = WriteOptions::default();
         if self.settings.integrator == IntegratorKind::Path {
-            let images = path_strategies(&view, &threads, self.settings)?;
+            let images = path_strategies(&input, &threads, self.settings)?;
             for (strategy, image) in PathStrategy::ALL.iter().zip(&images) {
                 let file = folder.join(format!("{}-weighted.exr", strategy.name()));
                 image::write(&file, image, &options)?;
             }
             return Ok(());
         }
-        for images in strategies::strategies(&view, &threads, self.settings)? {
+        for images in strategies::strategies(&input, &threads, self.settings)? {
             let Strategy { s, t } = images.strategy;
             let alone = folder.join(format!("s{s}-t{t}.exr"));
             image::write(&alone, &images.unweighted, &options)?;

@@ -31,6 +31,12 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
             "a shard is written to a state file, such as -o part.etd: `etendue merge` makes the image",
         ));
     }
+    if let Some(checkpoint) = state.checkpoint.as_ref().filter(|it| outputs.contains(it)) {
+        return Err(Error::usage(
+            "is the output, too: a checkpoint there would look like the whole render",
+        )
+        .in_file(checkpoint));
+    }
     let states = outputs.iter().filter(|path| is_state(path));
     let mut all = states
         .map(PathBuf::as_path)
@@ -98,8 +104,18 @@ pub fn start(
         }
         return Ok(rendering);
     };
+    let is_another = |kept: &PathBuf| kept.canonicalize().ok() != file.canonicalize().ok();
+    if let Some(kept) = state.checkpoint.as_ref().filter(|kept| is_another(kept)) {
+        check_replaceable(kept)?;
+    }
     let old = State::read(file)?;
-    let mut rendering = session.start_watched(options, watcher)?;
+    let mut options = options.clone();
+    let has_limit = options.time.is_some() || options.error.is_some() || options.spp.is_some();
+    if !has_limit {
+        // The render goes on to the limit that it had.
+        options.spp = old.header.spp;
+    }
+    let mut rendering = session.start_watched(&options, watcher)?;
     distribute(&mut rendering, session, pilot.as_ref())?;
     let continued = rendering.continue_from(session, old);
     continued.map_err(|error| error.in_file(file))?;

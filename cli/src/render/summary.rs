@@ -13,8 +13,8 @@ use crate::{Outcome, print, quoted};
 use etendue::Result;
 use etendue::internals::accel::{Backend, Precision};
 use etendue::internals::effects::Effect;
-use etendue::internals::film::ErrorEstimate;
 use etendue::internals::film::splats::Splats;
+use etendue::internals::film::{ErrorEstimate, Film};
 use etendue::internals::image::atomic::write_text;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::Adaptive;
@@ -69,7 +69,7 @@ impl Job<'_> {
                 );
             }
             if self.settings.integrator == IntegratorKind::Metropolis {
-                warn_of_disagreement(rendered);
+                warn_of_disagreement(&rendered.film);
             }
             say!("{}", last_line(outputs, rendered, stats, denoised));
         }
@@ -324,11 +324,11 @@ fn describe_error(error: &ErrorStats) -> String {
 }
 
 /// Warns if the Markov chains disagree.
-fn warn_of_disagreement(rendered: &Rendered) {
+pub fn warn_of_disagreement(film: &Film) {
     /// The share of disagreeing tiles above which the warning is printed.
-    const MANY: f64 = 0.05;
-    let share = rendered.film.disagreement();
-    if share > MANY {
+    const MAX_DISAGREEMENT: f64 = 0.05;
+    let share = film.disagreement();
+    if share > MAX_DISAGREEMENT {
         say!(
             "warning: the Markov chains disagree: in {} of the image their means, and so the brightness, are uncertain by more than 20 %; render longer",
             format_percent(share)

@@ -11,7 +11,7 @@ use maud::{Markup, html};
 pub const HUES: usize = 7;
 
 /// The maximum width of a chart relative to its longest bar; whiskers beyond it are cut.
-const WIDEST: f64 = 2.0;
+const MAX_WIDTH: f64 = 2.0;
 
 /// A bar.
 #[derive(Debug, Clone)]
@@ -52,7 +52,7 @@ pub fn bars(groups: &[Group]) -> Markup {
         .filter_map(|bar| bar.range)
         .map(|[_, end]| end)
         .fold(longest, finite);
-    let scale = farthest.min(WIDEST * longest);
+    let scale = farthest.min(MAX_WIDTH * longest);
     html! {
         div.chart {
             @for group in groups {

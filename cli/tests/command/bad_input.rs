@@ -296,6 +296,19 @@ fn inconsistent_materials_are_rejected_with_file_and_line() {
         "{ checker = [0.7, 0.2], repeat = [4, 4], weight = 1 }",
         &["unknown key `weight`"],
     );
+    let bumps = |text: &str, words: &[&str]| {
+        fails(&format!("\"mirror\"\n{text}"), 4, words);
+    };
+    let bump_map = "bump_map = { checker = [0, 1], height = 1 }";
+    bumps(
+        "bump_map = \"t.png\"",
+        &["material[0].bump_map", "a texture and its `height`"],
+    );
+    bumps("bump_map = { checker = [0, 1] }", &["`height`"]);
+    bumps(
+        &format!("{bump_map}\nnormal_map = {{ checker = [0, 1] }}"),
+        &["material[0].bump_map", "either normal_map or bump_map"],
+    );
 }
 
 #[test]

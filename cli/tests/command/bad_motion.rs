@@ -122,21 +122,28 @@ fn invalid_camera_motion_is_rejected_with_file_and_line() {
     );
 }
 
-#[test]
-fn unknown_and_cyclic_groups_are_rejected_with_file_and_line() {
-    let member = "[[shape]]\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n";
-    let instance = |of: &str, group: &str| {
-        let group = if group.is_empty() {
-            String::new()
-        } else {
-            format!("group = \"{group}\"\n")
-        };
-        format!("[[instance]]\nof = \"{of}\"\n{group}")
+/// A shape, to which a group can be added.
+const MEMBER: &str = "[[shape]]\ntype = \"box\"\nmin = [0, 0, 0]\nmax = [1, 1, 1]\n";
+
+/// A shape of the group `tree`.
+fn tree() -> String {
+    format!("{MEMBER}group = \"tree\"\n")
+}
+
+/// An instance of a group, as a member of another or, with an empty name, of none.
+fn instance(of: &str, group: &str) -> String {
+    let group = if group.is_empty() {
+        String::new()
+    } else {
+        format!("group = \"{group}\"\n")
     };
-    let tree = format!("{member}group = \"tree\"\n");
-    let unknown = tree.clone() + &instance("tee", "");
+    format!("[[instance]]\nof = \"{of}\"\n{group}")
+}
+
+#[test]
+fn unknown_groups_are_rejected_with_file_and_line() {
     scene_fails(
-        &unknown,
+        &(tree() + &instance("tee", "")),
         7,
         &[
             "instance[0].of: ",
@@ -151,11 +158,13 @@ fn unknown_and_cyclic_groups_are_rejected_with_file_and_line() {
     // An instance that refers to a group does not define it.
     let twice = instance("b", "a") + &instance("a", "");
     scene_fails(&twice, 2, &["unknown group `b`", "Expected one of: a"]);
+}
 
+#[test]
+fn cyclic_groups_are_rejected_with_file_and_line() {
     let circle = "groups are placed within one another in a cycle: ";
-    let own = tree.clone() + &instance("tree", "tree");
     scene_fails(
-        &own,
+        &(tree() + &instance("tree", "tree")),
         7,
         &["instance[0].of: ", &format!("{circle}tree -> tree")],
     );
@@ -166,7 +175,7 @@ fn unknown_and_cyclic_groups_are_rejected_with_file_and_line() {
         &["instance[1].of: ", &format!("{circle}b -> a -> b")],
     );
     // The cycle is reached from the world through an instance that is not part of it.
-    let three = tree
+    let three = tree()
         + &instance("a", "tree")
         + &instance("b", "a")
         + &instance("c", "b")
@@ -177,14 +186,17 @@ fn unknown_and_cyclic_groups_are_rejected_with_file_and_line() {
         16,
         &["instance[3].of: ", &format!("{circle}a -> b -> c -> a")],
     );
+}
 
+#[test]
+fn invalid_instance_tables_are_rejected_with_file_and_line() {
     scene_fails("[[instance]]\n", 1, &["instance[0]: ", "`of` is missing"]);
     scene_fails(
         "[[instance]]\nof = 1",
         2,
         &["instance[0].of: ", "a string in quotes"],
     );
-    let tree = format!("{member}group = \"tree\"\n") + &instance("tree", "");
+    let tree = tree() + &instance("tree", "");
     scene_fails(
         &format!("{tree}transfrom = []"),
         8,
@@ -204,7 +216,7 @@ fn unknown_and_cyclic_groups_are_rejected_with_file_and_line() {
         ],
     );
     scene_fails(
-        &format!("{member}group = 7"),
+        &format!("{MEMBER}group = 7"),
         5,
         &["shape[0].group: ", "a string in quotes"],
     );

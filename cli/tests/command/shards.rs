@@ -150,20 +150,43 @@ fn merged_pilot_and_adaptive_shards_are_bit_identical_to_a_single_render() {
 }
 
 #[test]
-fn merging_previews_that_end_within_a_round_is_rejected() {
+fn shards_that_time_ends_finish_their_round_and_can_be_merged() {
     let folder = small();
-    // With next to no time, a render has one sample.
+    // With next to no time, a render has one sample, and a shard a round of four.
     for range in ["0..32", "32..64"] {
         let shard = format!("--shard {range} --time 0.000001s -o {range}.etd");
         succeed(&folder, &format!("render small.toml -q --spp 64 {shard}"));
     }
+    let merged = succeed(
+        &folder,
+        "merge --partial 0..32.etd 32..64.etd -o it.exr --json",
+    );
+    let report: Value = serde_json::from_str(&merged.stdout).expect("JSON");
+    assert_eq!(report["spp"], 8);
+    assert_eq!(report["missing"], serde_json::json!([[4, 32], [36, 64]]));
+}
+
+#[test]
+fn black_chains_of_all_shards_are_an_error_of_the_merge() {
+    let folder = small();
+    let text = SMALL
+        .replace("[12, 11, 10]", "0")
+        .replace("[0.1, 0.12, 0.15]", "0");
+    std::fs::write(folder.path("dark.toml"), text).expect("it is writable");
+    for part in 0..2 {
+        let shard = format!("--shard {part}/2 -o dark-{part}.etd");
+        succeed(
+            &folder,
+            &format!("render dark.toml -q --integrator mlt --spp 8 {shard}"),
+        );
+    }
+    succeed(&folder, "merge -q --partial dark-0.etd -o it.exr");
     fails(
         &folder,
-        "merge --partial 0..32.etd 32..64.etd -o it.exr",
-        USAGE,
-        &["0..32.etd", "32..64.etd", "within a round of 4"],
+        "merge dark-0.etd dark-1.etd -o it.exr",
+        1,
+        &["found any light"],
     );
-    succeed(&folder, "merge -q --partial 0..32.etd -o it.exr");
 }
 
 #[test]
@@ -265,6 +288,7 @@ fn slurm_script_reports_an_image_with_samples_that_are_not_finite() {
     use std::os::unix::fs::PermissionsExt;
     let folder = SceneFolder::new([
         ("round", "0..4\n"),
+        ("spp", "4\n"),
         ("part-0..4.etd", ""),
         ("scripts", "."),
         ("merge", "#!/bin/sh\nexit 6\n"),

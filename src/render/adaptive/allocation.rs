@@ -220,11 +220,11 @@ fn colour(index: usize, width: usize) -> usize {
 /// The mean, for each pixel, over its neighbours of the other colour, with larger weights for nearer ones.
 fn estimated_from_neighbours(film: &Film, own: &[f64]) -> Vec<f64> {
     let width = film.window().width as usize;
-    let told = (0..own.len()).map(|index| {
+    let means = (0..own.len()).map(|index| {
         let (mut sum, mut weights) = (0.0, 0.0);
         for other in film.around(index, REACH) {
-            let tells = colour(other, width) != colour(index, width);
-            if planted!("neighbours-of-either-colour-tell", true, tells) {
+            let differs = colour(other, width) != colour(index, width);
+            if planted!("neighbours-of-either-colour-tell", true, differs) {
                 let weight = nearness(index, other, width);
                 sum += weight * own[other];
                 weights += weight;
@@ -232,7 +232,7 @@ fn estimated_from_neighbours(film: &Film, own: &[f64]) -> Vec<f64> {
         }
         if weights > 0.0 { sum / weights } else { 0.0 }
     });
-    told.collect()
+    means.collect()
 }
 
 /// The mean over the channels.

@@ -15,9 +15,9 @@
 //!
 //! [`LightRatios::gain`]: crate::integrator::light_paths::weights::LightRatios::gain
 
-use super::super::settings::{Budget, LightPathRule, RenderSettings, SamplerKind};
+use super::super::settings::{LightPathRule, RenderSettings};
 use super::super::{RenderInput, RenderObserver, Threads};
-use super::pass::{relative_weights, take_samples};
+use super::pass::{pilot_settings, relative_weights, take_samples};
 use super::{may_have, takes_other_paths};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -61,38 +61,26 @@ impl LightPathChoice {
 /// # Errors
 /// A kernel that lacks an effect of the scene.
 pub fn choose(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
 ) -> Result<Option<LightPathChoice>> {
     let may_pay = settings.light_paths == LightPathRule::Auto
-        && view.scene.casts_caustics()
+        && input.scene.casts_caustics()
         && takes_other_paths(settings)
         && may_have(settings, Effect::LightPaths)
         && !settings.reuse().is_on();
     if !may_pay {
         return Ok(None);
     }
-    let (scene, (width, height)) = view.scene.reduced(view.size, PIXELS);
-    let window = Window {
-        x: 0,
-        y: 0,
-        width,
-        height,
-    };
+    let (scene, size) = input.scene.reduced(input.size, PIXELS);
+    let window = Window::whole(size);
     let pilot = RenderSettings {
-        // Shards and renders with other seeds have to make the same choice.
-        seed: SEED,
-        // Variances of single samples add up.
-        sampler: SamplerKind::Independent,
-        budget: Budget::samples(SPP),
-        layers: false,
         light_paths: LightPathRule::Share(SHARE),
         filter_sampling: FilterSampling::Importance,
-        kernel: None,
         window,
-        ..settings.clone()
+        ..pilot_settings(settings, SEED, SPP)
     };
     let mut film = Film::new(window, pilot.tile_size).with_splats();
     let gains = Splats::new(window);

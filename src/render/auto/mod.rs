@@ -15,8 +15,7 @@ mod reuse;
 mod rule;
 mod window;
 
-use super::settings::Adaptive;
-use super::settings::{Budget, RenderSettings};
+use super::settings::{Adaptive, Budget, RenderSettings};
 use super::{RenderInput, RenderObserver, Rendered, Threads, check, check_is_lit, resume};
 use crate::effects::{Effect, EffectSet, Kernel};
 use crate::error::{ErrorKind, Result};
@@ -94,7 +93,7 @@ impl PathChoices {
 /// # Errors
 /// The errors of a render by any of the integrators.
 pub fn recommend(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
@@ -103,7 +102,7 @@ pub fn recommend(
         integrator: IntegratorKind::Path,
         ..settings.clone()
     };
-    let mut choices = choose_for_path(view, threads, &by_path, observer)?;
+    let mut choices = choose_for_path(input, threads, &by_path, observer)?;
     let by_path = choices.apply(&by_path);
     let settings = &by_path;
     let kinds = [
@@ -116,13 +115,13 @@ pub fn recommend(
             integrator,
             ..settings.clone()
         };
-        settings.validate(view.size).is_ok() && check(view.scene, &settings).is_ok()
+        settings.validate(input.size).is_ok() && check(input.scene, &settings).is_ok()
     });
     let able: Vec<IntegratorKind> = able.collect();
-    let effects = view.scene.effects;
+    let effects = input.scene.effects;
     let mut candidates = vec![];
     if able.len() > 1 {
-        let pilot_run = PilotRun::new(view, threads, settings, observer);
+        let pilot_run = PilotRun::new(input, threads, settings, observer);
         match pilot_run.candidates(&able)? {
             Some(measured) => candidates = measured,
             None => return Ok(interrupted()),
@@ -137,7 +136,7 @@ pub fn recommend(
         candidates,
     };
     let (integrator, why) = choose(&facts);
-    choices.window = window::choose(view, threads, &by_path, observer)?;
+    choices.window = window::choose(input, threads, &by_path, observer)?;
     Ok(Recommendation {
         integrator,
         why,
@@ -164,19 +163,19 @@ pub struct Settled {
 /// # Errors
 /// The errors of [`recommend`].
 pub fn settle(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
 ) -> Result<Settled> {
     let (mut settled, mut recommendation) = (settings.clone(), None);
     let choices = if settings.integrator == IntegratorKind::Auto {
-        let recommended = recommend(view, threads, settings, observer)?;
+        let recommended = recommend(input, threads, settings, observer)?;
         settled.integrator = recommended.integrator;
         recommendation.insert(recommended).choices
     } else {
-        let mut choices = choose_for_path(view, threads, settings, observer)?;
-        choices.window = window::choose(view, threads, &choices.apply(settings), observer)?;
+        let mut choices = choose_for_path(input, threads, settings, observer)?;
+        choices.window = window::choose(input, threads, &choices.apply(settings), observer)?;
         choices
     };
     Ok(Settled {
@@ -188,18 +187,18 @@ pub fn settle(
 
 /// Chooses what settings of a render by `path` leave to pilots, but for the weight window.
 fn choose_for_path(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
 ) -> Result<PathChoices> {
     let mut choices = PathChoices {
-        light_paths: light_paths::choose(view, threads, settings, observer)?,
+        light_paths: light_paths::choose(input, threads, settings, observer)?,
         ..PathChoices::default()
     };
     // Light paths, which exclude shared ones, find what no other path finds well.
     let settings = choices.apply_light_paths(settings);
-    choices.reuse = reuse::choose(view, threads, &settings, observer)?;
+    choices.reuse = reuse::choose(input, threads, &settings, observer)?;
     Ok(choices)
 }
 
@@ -248,11 +247,30 @@ impl RenderObserver for Ended<'_> {
     }
 }
 
+/// Renders the image of a pilot.
+fn render_pilot(
+    input: &RenderInput<'_>,
+    threads: &Threads,
+    settings: &RenderSettings,
+    observer: &dyn RenderObserver,
+) -> Result<Rendered> {
+    let mut rendered = Rendered::nothing(settings, input.filter);
+    resume(
+        input,
+        threads,
+        settings,
+        settings.budget,
+        &mut rendered,
+        &Ended(observer),
+    )?;
+    Ok(rendered)
+}
+
 /// The context of pilots: the scene on a small film.
 struct PilotRun<'a> {
     scene: Scene,
     size: (u32, u32),
-    view: &'a RenderInput<'a>,
+    input: &'a RenderInput<'a>,
     threads: &'a Threads,
     settings: &'a RenderSettings,
     observer: &'a dyn RenderObserver,
@@ -260,16 +278,16 @@ struct PilotRun<'a> {
 
 impl<'a> PilotRun<'a> {
     fn new(
-        view: &'a RenderInput<'a>,
+        input: &'a RenderInput<'a>,
         threads: &'a Threads,
         settings: &'a RenderSettings,
         observer: &'a dyn RenderObserver,
     ) -> Self {
-        let (scene, size) = view.scene.reduced(view.size, PIXELS);
+        let (scene, size) = input.scene.reduced(input.size, PIXELS);
         Self {
             scene,
             size,
-            view,
+            input,
             threads,
             settings,
             observer,
@@ -292,31 +310,21 @@ impl<'a> PilotRun<'a> {
     fn pilot(&self, integrator: IntegratorKind) -> Result<Option<Pilot>> {
         let one = |index| -> Result<_> {
             let settings = self.settings_of(integrator, index);
-            let view = RenderInput {
+            let input = RenderInput {
                 scene: &self.scene,
                 size: self.size,
-                ..*self.view
+                ..*self.input
             };
-            let mut rendered = Rendered::nothing(&settings, view.filter);
-            let observer = Ended(self.observer);
-            let until = settings.budget;
-            resume(
-                &view,
-                self.threads,
-                &settings,
-                until,
-                &mut rendered,
-                &observer,
-            )?;
+            let rendered = render_pilot(&input, self.threads, &settings, self.observer)?;
             check_is_lit(&settings, &rendered)?;
             Ok((rendered.film.develop(), rendered.rays.total()))
         };
-        let pictures = one(0).and_then(|first| one(1).map(|second| [first, second]));
-        match pictures {
+        let images = one(0).and_then(|first| one(1).map(|second| [first, second]));
+        match images {
             Ok([(a, rays_a), (b, rays_b)]) => Ok(Some(Pilot {
                 integrator,
                 rays: 0.5 * (rays_a + rays_b) as f64,
-                pictures: [a, b],
+                images: [a, b],
             })),
             Err(error) if error.kind() == ErrorKind::Render => Ok(None),
             Err(error) => Err(error),
@@ -325,7 +333,6 @@ impl<'a> PilotRun<'a> {
 
     /// The settings of a pilot's image.
     fn settings_of(&self, integrator: IntegratorKind, index: u64) -> RenderSettings {
-        let (width, height) = self.size;
         let spp = match integrator {
             IntegratorKind::Path => SPP_OF_PATH,
             _ => SPP,
@@ -336,12 +343,7 @@ impl<'a> PilotRun<'a> {
             budget: Budget::samples(spp),
             adaptive: Adaptive::Off,
             layers: false,
-            window: Window {
-                x: 0,
-                y: 0,
-                width,
-                height,
-            },
+            window: Window::whole(self.size),
             ..self.settings.clone()
         }
     }

@@ -1,4 +1,4 @@
-//! The samples of a pilot, and the weights of relMSE for their variances.
+//! The settings and the samples of a pilot, and the weights of relMSE for their variances.
 //!
 //! Measure: radiance; relative variance.
 //! Range: any tiles of films without a footprint.
@@ -6,7 +6,7 @@
 
 use super::super::dispatch;
 use super::super::sample_wavefront::CameraRaySource;
-use super::super::settings::RenderSettings;
+use super::super::settings::{Adaptive, Budget, RenderSettings, SamplerKind};
 use super::super::tally::Tally;
 use super::super::tile::{PassJob, SampleRange, SampleSource};
 use super::super::{RenderObserver, Threads};
@@ -21,6 +21,21 @@ use crate::math::plane::Plane;
 use crate::sampler::Batches;
 use crate::scene::Scene;
 use std::sync::Mutex;
+
+/// The settings of a pilot for a choice that the settings of a render leave open.
+pub fn pilot_settings(settings: &RenderSettings, seed: u64, spp: u64) -> RenderSettings {
+    RenderSettings {
+        // Shards and renders with other seeds have to make the same choice.
+        seed,
+        // Variances of single samples add up.
+        sampler: SamplerKind::Independent,
+        budget: Budget::samples(spp),
+        adaptive: Adaptive::Off,
+        layers: false,
+        kernel: None,
+        ..settings.clone()
+    }
+}
 
 /// Takes the settings' samples per pixel in tiles, with splats and the gains by light paths where they are wanted, through a
 /// box filter. Returns the numbers of rays.

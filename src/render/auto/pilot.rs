@@ -30,10 +30,10 @@ const REACH: u32 = 2;
 
 /// The cost of a ray of bidirectional path tracing, with all the work for it, relative to one of `path`. In the scenes
 /// of docs/accuracy.md it took 1.3 to 1.8 times as long.
-const RAY_FROM_BOTH_ENDS: f64 = 1.5;
+const BIDIRECTIONAL_RAY: f64 = 1.5;
 
 /// The cost of a ray of Markov chains, likewise: it took 1.75 to 2.75 times as long.
-const RAY_OF_CHAINS: f64 = 2.2;
+const METROPOLIS_RAY: f64 = 2.2;
 
 /// The side of the tiles in which light may be lacking, in pixels.
 const SIDE: u32 = 8;
@@ -47,7 +47,7 @@ pub struct Pilot {
     /// The integrator.
     pub integrator: IntegratorKind,
     /// Two independent images.
-    pub pictures: [Image; 2],
+    pub images: [Image; 2],
     /// The number of rays of one of them.
     pub rays: f64,
 }
@@ -56,8 +56,8 @@ impl Pilot {
     /// The work of one of its images, in rays of `path`.
     fn work(&self) -> f64 {
         let of_ray = match self.integrator {
-            IntegratorKind::Bidirectional => RAY_FROM_BOTH_ENDS,
-            IntegratorKind::Metropolis => RAY_OF_CHAINS,
+            IntegratorKind::Bidirectional => BIDIRECTIONAL_RAY,
+            IntegratorKind::Metropolis => METROPOLIS_RAY,
             _ => 1.0,
         };
         of_ray * self.rays
@@ -68,14 +68,14 @@ impl Pilot {
 pub fn inefficiencies(pilots: &[Pilot]) -> Vec<Candidate> {
     let truth = Truth::of(pilots);
     let by = |kind| pilots.iter().find(|it| it.integrator == kind);
-    let both_ends = by(IntegratorKind::Bidirectional);
+    let bidirectional = by(IntegratorKind::Bidirectional);
     let of_one = |pilot: &Pilot| {
-        let others = both_ends.filter(|it| it.integrator != pilot.integrator);
+        let others = bidirectional.filter(|it| it.integrator != pilot.integrator);
         let of_other =
             |other| planted!("missed-light-is-no-error", 0.0, truth.lacking(pilot, other));
         let lacking = others.map_or(0.0, of_other);
         // Black images give no information.
-        let is_black = pilot.pictures.iter().all(|it| it.mean() == [0.0; 3]);
+        let is_black = pilot.images.iter().all(|it| it.mean() == [0.0; 3]);
         Candidate {
             integrator: pilot.integrator,
             inefficiency: if is_black {
@@ -98,20 +98,20 @@ impl Truth {
     /// The median of the surroundings of each pixel in all images, so that a rare bright sample is not its own
     /// reference.
     fn of(pilots: &[Pilot]) -> Self {
-        let pictures: Vec<&Image> = pilots.iter().flat_map(|pilot| &pilot.pictures).collect();
-        let (width, height) = (pictures[0].width(), pictures[0].height());
+        let images: Vec<&Image> = pilots.iter().flat_map(|pilot| &pilot.images).collect();
+        let (width, height) = (images[0].width(), images[0].height());
         let near = |x: u32, length: u32| x.saturating_sub(REACH)..(x + REACH + 1).min(length);
         let around = |(x, y)| {
             let (columns, rows) = (near(x, width), near(y, height));
             let places = rows.flat_map(|y| columns.clone().map(move |x| (x, y)));
-            let values = places.flat_map(|(x, y)| pictures.iter().map(move |it| it.get(x, y)));
+            let values = places.flat_map(|(x, y)| images.iter().map(move |it| it.get(x, y)));
             let values: Vec<[f32; 3]> = values.map(Rgb::to_array).collect();
             Rgb::from([0, 1, 2].map(|c| median(values.iter().map(|value| value[c]).collect())))
         };
         let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         let image = Image::new(width, height, places.map(around).collect());
-        let sum: f64 = pictures.iter().flat_map(|it| it.mean()).sum();
-        let mean = sum / (3 * pictures.len()) as f64;
+        let sum: f64 = images.iter().flat_map(|it| it.mean()).sum();
+        let mean = sum / (3 * images.len()) as f64;
         Self {
             image,
             epsilon: 0.01 * mean * mean,
@@ -143,7 +143,7 @@ impl Truth {
             let of_truth = mean(&self.image, tile);
             let scale = self.scale(of_truth);
             let [own, others] = [pilot, other].map(|it| {
-                let [a, b] = [0, 1].map(|i| mean(&it.pictures[i], tile));
+                let [a, b] = [0, 1].map(|i| mean(&it.images[i], tile));
                 std::array::from_fn::<f64, 3, _>(|c| 0.5 * (a[c] + b[c]))
             });
             let noise = [pilot, other].map(|it| variance_of_tile(it, tile));
@@ -168,7 +168,7 @@ fn median(mut numbers: Vec<f32>) -> f32 {
 
 /// The variance of an image's channels at a pixel.
 fn variance(pilot: &Pilot, index: usize) -> [f64; 3] {
-    let [a, b] = [0, 1].map(|i| pilot.pictures[i].pixels()[index].to_array().map(f64::from));
+    let [a, b] = [0, 1].map(|i| pilot.images[i].pixels()[index].to_array().map(f64::from));
     std::array::from_fn(|c| 0.5 * (a[c] - b[c]).powi(2))
 }
 
@@ -176,7 +176,7 @@ fn variance(pilot: &Pilot, index: usize) -> [f64; 3] {
 fn variance_of_tile(pilot: &Pilot, tile: ImageTile) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let mut count = 0.0;
-    for index in tile.indices(pilot.pictures[0].width()) {
+    for index in tile.indices(pilot.images[0].width()) {
         for (sum, variance) in sum.iter_mut().zip(variance(pilot, index)) {
             *sum += 0.5 * variance;
         }
@@ -207,7 +207,7 @@ mod tests {
     /// Images of `light`, where a pixel is `light` over `p` with probability `p`, else black.
     fn pilot(integrator: IntegratorKind, light: f32, p: f32, rays: f64, seed: u64) -> Pilot {
         use crate::sampler::hash;
-        let picture = |index: u64| {
+        let image = |index: u64| {
             let pixel = |place: u64| {
                 let bits = hash::combine(hash::combine(seed, index), place) >> 40;
                 let is_met = (bits as f32) < p * 16_777_216.0;
@@ -218,7 +218,7 @@ mod tests {
         };
         Pilot {
             integrator,
-            pictures: [picture(0), picture(1)],
+            images: [image(0), image(1)],
             rays,
         }
     }
@@ -236,7 +236,7 @@ mod tests {
         };
         let ratio = path.inefficiency / other.inefficiency;
         // A standard error of 4 %.
-        let exact = (0.3 / 0.7) / (0.1 / 0.9) * 10.0 / (20.0 * RAY_FROM_BOTH_ENDS);
+        let exact = (0.3 / 0.7) / (0.1 / 0.9) * 10.0 / (20.0 * BIDIRECTIONAL_RAY);
         assert!((ratio / exact - 1.0).abs() < 0.2, "{ratio} {exact}");
     }
 

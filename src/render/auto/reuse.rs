@@ -8,9 +8,9 @@
 //! Range: renders by `path` without light paths, of scenes without motion and alpha.
 //! Source: none: measured (docs/accuracy.md, "Paths shared by pixels"). Tested in `tests/rendering/reuse.rs`.
 
-use super::super::settings::{Budget, PathReuseRule, RenderSettings, SamplerKind};
+use super::super::settings::{PathReuseRule, RenderSettings};
 use super::super::{RenderInput, RenderObserver, Threads, dispatch};
-use super::pass::{relative_weights, take_samples};
+use super::pass::{pilot_settings, relative_weights, take_samples};
 use super::{may_have, takes_other_paths};
 use crate::effects::Effect;
 use crate::error::Result;
@@ -58,7 +58,7 @@ pub struct PathReuseChoice {
 /// # Errors
 /// A kernel that lacks an effect of the scene.
 pub fn choose(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
@@ -68,26 +68,20 @@ pub fn choose(
         && may_have(settings, Effect::Reuse)
         && settings.light_path_share() == LightPathShare::None
         && !settings.layers
-        && dispatch::prevents_reuse(view.scene).is_none();
+        && dispatch::prevents_reuse(input.scene).is_none();
     if !may_pay {
         return Ok(None);
     }
-    let windows = windows(view.size);
+    let windows = windows(input.size);
     let pilot = |reuse: PathReuse| -> Result<(Vec<f64>, RayCounts)> {
         let pilot = RenderSettings {
-            // Shards and renders with other seeds have to make the same choice.
-            seed: SEED,
-            // Variances of single samples add up.
-            sampler: SamplerKind::Independent,
-            budget: Budget::samples(SPP),
             reuse: PathReuseRule::Pixels(reuse),
-            kernel: None,
-            ..settings.clone()
+            ..pilot_settings(settings, SEED, SPP)
         };
         let films = windows.iter().map(|&window| Film::new(window, EDGE));
         let mut films: Vec<Film> = films.collect();
         let tiles = films.iter_mut().flat_map(Film::tiles_mut).collect();
-        let rays = take_samples(view.scene, threads, &pilot, (tiles, None, None), observer)?;
+        let rays = take_samples(input.scene, threads, &pilot, (tiles, None, None), observer)?;
         Ok((squared_errors(&films), rays))
     };
     let (errors_alone, rays_alone) = pilot(PathReuse::Off)?;

@@ -9,9 +9,10 @@
 //! Range: renders by `path` for which no rule is named.
 //! Source: none: measured. Tested in `tests/rendering/roulette.rs`.
 
-use super::super::settings::{Adaptive, Budget, LightPathRule, RenderSettings, SamplerKind};
-use super::super::{RenderInput, RenderObserver, Rendered, Threads, resume};
-use super::Ended;
+use super::super::settings::{LightPathRule, RenderSettings};
+use super::super::{RenderInput, RenderObserver, Threads};
+use super::pass::pilot_settings;
+use super::render_pilot;
 use crate::error::Result;
 use crate::film::Window;
 use crate::film::filter::FilterSampling;
@@ -52,7 +53,7 @@ impl WindowChoice {
 /// # Errors
 /// A kernel that lacks an effect of the scene.
 pub fn choose(
-    view: &RenderInput<'_>,
+    input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
@@ -65,42 +66,21 @@ pub fn choose(
     let Some(smaller) = smaller.map(Roulette::Window) else {
         return Ok(None);
     };
-    let (scene, size) = view.scene.reduced(view.size, PIXELS);
-    let view = RenderInput {
+    let (scene, size) = input.scene.reduced(input.size, PIXELS);
+    let input = RenderInput {
         scene: &scene,
         size,
-        ..*view
+        ..*input
     };
     let rays = |roulette: Roulette| -> Result<f64> {
         let pilot = RenderSettings {
-            // Shards and renders with other seeds have to make the same choice.
-            seed: SEED,
-            sampler: SamplerKind::Independent,
-            budget: Budget::samples(SPP),
-            adaptive: Adaptive::Off,
-            layers: false,
             light_paths: LightPathRule::Share(LightPathShare::None),
             filter_sampling: FilterSampling::Importance,
             roulette: Some(roulette),
-            kernel: None,
-            window: Window {
-                x: 0,
-                y: 0,
-                width: size.0,
-                height: size.1,
-            },
-            ..settings.clone()
+            window: Window::whole(size),
+            ..pilot_settings(settings, SEED, SPP)
         };
-        let mut rendered = Rendered::nothing(&pilot, view.filter);
-        let until = pilot.budget;
-        resume(
-            &view,
-            threads,
-            &pilot,
-            until,
-            &mut rendered,
-            &Ended(observer),
-        )?;
+        let rendered = render_pilot(&input, threads, &pilot, observer)?;
         Ok(rendered.rays.total() as f64)
     };
     let usual = settings.roulette();

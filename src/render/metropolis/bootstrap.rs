@@ -56,9 +56,9 @@ impl Bootstrap {
             let all = chunk * CANCEL_INTERVAL..((chunk + 1) * CANCEL_INTERVAL).min(samples);
             for sample in all.take_while(|_| !(context.is_cancelled)()) {
                 let point = bootstrap.point(sample as u32);
-                let (found, of_look) =
+                let (found, of_sample) =
                     run_matte_or_everything(context.kernel, Evaluation(context, None, point));
-                tally.merge(of_look);
+                tally.merge(of_sample);
                 paths.extend(found.iter().map(|it| Start::new(sample as u32, it)));
             }
             (paths, tally)
@@ -82,12 +82,12 @@ impl Bootstrap {
 
     /// The mean brightness of all samples.
     pub fn mean(&self) -> f64 {
-        let looked = planted!(
+        let samples = planted!(
             "brightness-of-what-chains-see",
             self.paths.len().max(1) as u64,
             self.samples
         );
-        self.total() / looked as f64
+        self.total() / samples as f64
     }
 
     fn total(&self) -> f64 {
@@ -116,11 +116,11 @@ impl Bootstrap {
 }
 
 impl Start {
-    fn new(sample: u32, found: &ChainPath) -> Self {
+    fn new(sample: u32, path: &ChainPath) -> Self {
         Self {
             sample,
-            strategy: found.strategy,
-            brightness: found.brightness(),
+            strategy: path.strategy,
+            brightness: path.brightness(),
         }
     }
 }

@@ -101,16 +101,16 @@ impl ChainJob<'_> {
     }
 
     /// Splats a path with the weight `counts`.
-    fn add(&self, found: &ChainPath, counts: f64) {
+    fn add(&self, path: &ChainPath, counts: f64) {
         if counts <= 0.0 {
             return;
         }
-        let scale = (counts * self.mean / found.brightness()) as f32;
+        let scale = (counts * self.mean / path.brightness()) as f32;
         let context = self.context;
-        let value = scale * found.value;
+        let value = scale * path.value;
         context
             .splats
-            .add(context.filter, self.batch, found.film, value);
+            .add(context.filter, self.batch, path.film, value);
     }
 }
 

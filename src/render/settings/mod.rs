@@ -101,12 +101,7 @@ impl RenderSettings {
             cache_error: DEFAULT_CACHE_ERROR,
             kernel: None,
             threads: available_threads(),
-            window: Window {
-                x: 0,
-                y: 0,
-                width: size.0,
-                height: size.1,
-            },
+            window: Window::whole(size),
             tile_size: 16,
         }
     }

@@ -7,6 +7,7 @@
 
 use super::{Adaptive, LightPathRule, PathReuseRule, RenderSettings};
 use crate::effects::{Effect, EffectSet};
+use crate::film::FilmLayout;
 use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterSampling};
 use crate::film::footprint::Footprint;
@@ -27,6 +28,17 @@ impl RenderSettings {
             && self.integrator != IntegratorKind::Metropolis;
         let footprint = filter.footprint().filter(|_| is_splatted);
         footprint.map_or(0, Footprint::reach)
+    }
+
+    /// The layout of the film of a render with this filter.
+    pub fn film_layout(&self, filter: &Filter) -> FilmLayout {
+        FilmLayout {
+            window: self.window,
+            tile_size: self.tile_size,
+            reach: self.reach(filter),
+            has_splats: self.splats(),
+            has_counts: self.adaptive != Adaptive::Off,
+        }
     }
 
     /// The estimator of this filter that a render has.

@@ -7,7 +7,8 @@
 use crate::args::{CompareArguments, Metric};
 use crate::output::format_percent;
 use crate::report::lesson::significant;
-use etendue_lab::study::comparison::{BiasTest, Metrics};
+use etendue_lab::study::bias_test::BiasTest;
+use etendue_lab::study::comparison::Metrics;
 use serde::Serialize;
 
 /// The complete report.

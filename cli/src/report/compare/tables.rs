@@ -8,10 +8,10 @@ use super::json::Report;
 use crate::output::format_percent;
 use crate::report::lesson::significant;
 use crate::report::table::{Table, numbers, words};
-use etendue_lab::study::comparison::{BiasTest, ChannelTest, POWER, SIGNIFICANCE};
+use etendue_lab::study::bias_test::{BiasTest, ChannelTest, POWER, SIGNIFICANCE};
 
 /// The number of worst tiles that are listed.
-const WORST: usize = 5;
+const WORST_TILES: usize = 5;
 
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
@@ -145,7 +145,7 @@ fn describe_bias(bias: &BiasTest) -> String {
 }
 
 fn worst_tiles(report: &Report) -> Table {
-    let tiles = report.metrics.tiles.iter().take(WORST);
+    let tiles = report.metrics.tiles.iter().take(WORST_TILES);
     let rows = tiles.map(|error| {
         let tile = error.tile;
         vec![

@@ -32,7 +32,7 @@ const BOTTOM: f64 = 56.0;
 const HALF_OF_A_DIGIT: f64 = 4.2;
 
 /// The number of dots above which they are drawn small.
-const FEW: usize = 200;
+const MAX_LARGE_DOTS: usize = 200;
 
 /// Builds a plot with its title, its legend and its caption.
 pub fn figure(plot: &Plot) -> Markup {
@@ -99,7 +99,7 @@ fn drawn(series: &Series, frame: &Frame) -> Markup {
                     path.line d=(line(series, frame)) {}
                     path.mark d=(marks(series, frame)) {}
                 }
-                Mark::Dots if series.points.len() > FEW => { path.dot.small d=(dots(series, frame)) {} }
+                Mark::Dots if series.points.len() > MAX_LARGE_DOTS => { path.dot.small d=(dots(series, frame)) {} }
                 Mark::Dots => { path.dot d=(dots(series, frame)) {} }
                 Mark::Bars => { path.bars d=(bars(series, frame)) {} }
             }

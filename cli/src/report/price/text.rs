@@ -19,11 +19,11 @@ use etendue_lab::study::error_sources::Named;
 const WIDTH: usize = 80;
 
 /// The number of objects and classes of paths that are told of each kind, and the least share of the variance.
-const TOLD: usize = 3;
-const LEAST: f64 = 0.02;
+const MAX_NAMED: usize = 3;
+const MIN_VARIANCE: f64 = 0.02;
 
 /// The longest name of an object.
-const LONGEST_NAME: usize = 34;
+const MAX_NAME: usize = 34;
 
 /// Returns the whole text.
 pub fn of_report(report: &PriceReport) -> String {
@@ -115,8 +115,8 @@ fn sources(report: &PriceReport) -> String {
     paths.sort_by(|a, b| b.variance.total_cmp(&a.variance));
     let paths = paths
         .into_iter()
-        .filter(|it| it.variance >= LEAST)
-        .take(TOLD);
+        .filter(|it| it.variance >= MIN_VARIANCE)
+        .take(MAX_NAMED);
     let mut rows: Vec<Vec<String>> = paths
         .map(|it| {
             let name = path_class(it.bounces, it.found);
@@ -127,8 +127,11 @@ fn sources(report: &PriceReport) -> String {
         ("material", &error_sources.materials),
         ("light", &error_sources.lights),
     ] {
-        let told = all.iter().filter(|it| it.variance >= LEAST).take(TOLD);
-        rows.extend(told.map(|it: &Named| {
+        let largest = all
+            .iter()
+            .filter(|it| it.variance >= MIN_VARIANCE)
+            .take(MAX_NAMED);
+        rows.extend(largest.map(|it: &Named| {
             source(
                 what,
                 &shortened(&it.name),
@@ -158,8 +161,8 @@ fn source(what: &str, name: &str, variance: f64, error: f64, energy: f64) -> Vec
 
 /// Shortens a name, so that a row fits.
 fn shortened(name: &str) -> String {
-    match name.chars().count() > LONGEST_NAME {
-        true => name.chars().take(LONGEST_NAME - 1).chain(['…']).collect(),
+    match name.chars().count() > MAX_NAME {
+        true => name.chars().take(MAX_NAME - 1).chain(['…']).collect(),
         false => name.to_owned(),
     }
 }

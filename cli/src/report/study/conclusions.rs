@@ -108,14 +108,17 @@ fn best(right: &[&Summary], base: &Summary) -> Option<String> {
 }
 
 /// The error whose price is told first, and those told after it.
-const TOLD: f64 = 0.01;
-const ALSO_TOLD: [f64; 2] = [0.1, 0.001];
+const FIRST_ERROR: f64 = 0.01;
+const OTHER_ERRORS: [f64; 2] = [0.1, 0.001];
 
-/// Returns the variant that reaches [`TOLD`] first, of those without a known bias if there are any, with its answer.
+/// Returns the variant that reaches [`FIRST_ERROR`] first, of those without a known bias if there are any, with its answer.
 pub fn quickest<'a>(findings: &'a Findings<'_>) -> Option<(&'a Summary, &'a Answer)> {
     let all = findings.summaries.iter();
     let answered = all.filter_map(|(index, summary)| {
-        let (_, answer) = summary.answers.iter().find(|(target, _)| *target == TOLD)?;
+        let (_, answer) = summary
+            .answers
+            .iter()
+            .find(|(target, _)| *target == FIRST_ERROR)?;
         let study = &findings.report.variants[*index];
         let is_biased = summary.bias.is_found || !study.variant.bias.is_empty();
         Some((is_biased, answer.seconds()?, summary, answer))
@@ -147,9 +150,9 @@ fn price(findings: &Findings<'_>) -> Option<String> {
         }
         other => short_answer(other)?,
     };
-    let others = ALSO_TOLD.iter().filter_map(|told| {
-        let (_, answer) = summary.answers.iter().find(|(target, _)| target == told)?;
-        Some(format!("{} {}", percent(*told), short_answer(answer)?))
+    let others = OTHER_ERRORS.iter().filter_map(|error| {
+        let (_, answer) = summary.answers.iter().find(|(target, _)| target == error)?;
+        Some(format!("{} {}", percent(*error), short_answer(answer)?))
     });
     let others: Vec<String> = others.collect();
     let others = match others.is_empty() {
@@ -162,7 +165,7 @@ fn price(findings: &Findings<'_>) -> Option<String> {
     };
     Some(format!(
         "An error of {} takes {time} by `{}`{among}, for {width} × {height} pixels on {} threads{others}.",
-        percent(TOLD),
+        percent(FIRST_ERROR),
         summary.name,
         report.threads
     ))

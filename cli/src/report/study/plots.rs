@@ -8,7 +8,7 @@ use super::Findings;
 use super::wording::short_answer;
 use etendue_lab::plot::{Axis, Label, Mark, Plot, Series, Shape};
 use etendue_lab::study::answer::Answer;
-use etendue_lab::study::bars::{BINS, Coverage, FARTHEST};
+use etendue_lab::study::bars::{BINS, Coverage, MAX_Z};
 use etendue_lab::study::summary::Summary;
 use statrs::distribution::{Continuous, Normal};
 
@@ -223,7 +223,7 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
         "normal",
         Mark::Guide,
         6,
-        [-FARTHEST, FARTHEST],
+        [-MAX_Z, MAX_Z],
         |z| law.pdf(z),
     )];
     for (index, study, bars) in bars() {
@@ -249,9 +249,9 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
         );
         let count: u64 = counts.iter().sum();
         if count > 0 {
-            let width = 2.0 * FARTHEST / BINS as f64;
+            let width = 2.0 * MAX_Z / BINS as f64;
             let density = |(bin, &n): (usize, &u64)| {
-                let middle = -FARTHEST + (bin as f64 + 0.5) * width;
+                let middle = -MAX_Z + (bin as f64 + 0.5) * width;
                 [middle, n as f64 / (count as f64 * width)]
             };
             let points = counts.iter().enumerate().map(density);
@@ -273,7 +273,7 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
             reading: "Errors of trusted pixels over their standard errors, converted to normal scores by the degrees of freedom of each: they follow the normal distribution if the bars are correct; errors beyond the ends are counted in the last bins."
                 .to_owned(),
             shape: Shape::Wide,
-            x: Axis::linear("normal score of the error").over(-FARTHEST, FARTHEST),
+            x: Axis::linear("normal score of the error").over(-MAX_Z, MAX_Z),
             y: Axis::linear("density"),
             series: z,
         },

@@ -12,7 +12,7 @@ use std::path::Path;
 const STEP: u64 = 64;
 
 /// Samples per pixel at most.
-const MOST: u64 = 4096;
+const MAX_SPP: u64 = 4096;
 
 fn main() -> Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -38,7 +38,7 @@ fn main() -> Result<()> {
             100.0 * off,
             100.0 * error
         );
-        if error < 0.2 * off || truth.spp() >= MOST {
+        if error < 0.2 * off || truth.spp() >= MAX_SPP {
             break;
         }
         truth.add_samples(&session, truth.spp(), &NullRenderObserver)?;

@@ -13,13 +13,7 @@ const EDGE: u32 = 512;
 
 /// A film with eight samples per pixel.
 fn film() -> Film {
-    let window = Window {
-        x: 0,
-        y: 0,
-        width: EDGE,
-        height: EDGE,
-    };
-    let mut film = Film::new(window, 64);
+    let mut film = Film::new(Window::whole((EDGE, EDGE)), 64);
     for tile in film.tiles_mut() {
         tile.samples = 8;
         for (place, sums) in tile.pixels.iter_mut().enumerate() {

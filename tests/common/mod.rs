@@ -19,6 +19,7 @@ pub mod quadrature;
 pub mod room;
 pub mod scene;
 pub mod scene_folder;
+pub mod session;
 pub mod tracing;
 pub mod verdict;
 

@@ -11,13 +11,7 @@ use etendue::internals::render::adaptive::{SampleAllocation, SampleAllocator};
 
 /// A square film of `edge` pixels along each edge, with sample counts per pixel.
 fn film_of(edge: u32) -> Film {
-    let window = Window {
-        x: 0,
-        y: 0,
-        width: edge,
-        height: edge,
-    };
-    Film::new(window, edge).with_counts()
+    Film::new(Window::whole((edge, edge)), edge).with_counts()
 }
 
 /// Adds samples to every pixel up to its count; each is `value` of the pixel's index and a uniform number.

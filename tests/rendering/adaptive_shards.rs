@@ -1,51 +1,22 @@
 //! Shards of adaptive renders: the pilot and the ranges of levels after it merge to the bits of one render.
 
-use crate::common::scene_folder::{SMALL, load_text};
-use etendue::internals::accel::Backend;
+use crate::common::scene_folder::SMALL;
+use crate::common::session::{CancelAfter, folder, session};
 use etendue::internals::image::LayeredImage;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{Adaptive, SamplerKind};
-use etendue::internals::render::{NullRenderObserver, Progress, RenderObserver};
+use etendue::internals::render::{NullRenderObserver, RenderObserver};
 use etendue::internals::session::layers::with_film;
-use etendue::internals::session::{Rendering, Session, tracing};
+use etendue::internals::session::{Rendering, Session};
 use etendue::internals::state::{Merge, Shard, State};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
-use tempfile::TempDir;
-
-fn session(threads: usize) -> Session {
-    let options = etendue::AccelOptions {
-        backend: Backend::ALL[0],
-        threads,
-        ..tracing()
-    };
-    Session::new(load_text(SMALL), options).expect("a valid scene")
-}
 
 fn adaptive(sampler: SamplerKind, spp: u64) -> RenderOptions {
     let mut options = RenderOptions::samples(spp);
     options.sampler = Some(sampler);
     options.adaptive = Some(Adaptive::TwoPhase);
     options
-}
-
-fn folder() -> TempDir {
-    tempfile::tempdir().expect("a folder")
-}
-
-/// Cancels a render after a number of tiles.
-struct Impatient(AtomicU64);
-
-impl RenderObserver for Impatient {
-    fn progress(&self, _: &Progress) {
-        let left = self.0.load(Ordering::Relaxed);
-        self.0.store(left.saturating_sub(1), Ordering::Relaxed);
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed) == 0
-    }
 }
 
 /// Begins a shard of the pilot, or given the pilot of the samples after it.
@@ -131,14 +102,14 @@ fn merged_adaptive_shards_are_bit_identical_to_one_render() {
     ] {
         let mut options = adaptive(sampler, spp);
         options.layers = true;
-        let at_once = session(2);
+        let at_once = session(SMALL, 2);
         let whole = at_once.render(&options, &NullRenderObserver);
         let whole = whole.expect("valid options");
         let counts = whole.film().sample_counts();
         assert!(counts.iter().min() < counts.iter().max());
         for (of, threads) in [(2, 1), (7, 2)] {
             let what = format!("{sampler:?}, {of} shards");
-            let (folder, session) = (folder(), session(threads));
+            let (folder, session) = (folder(), session(SMALL, threads));
             let pilot = pilot(&session, &options, end, folder.path());
             let mut files = vec![pilot.clone()];
             for index in 0..of {
@@ -183,20 +154,20 @@ fn merged_partly(files: &[PathBuf]) -> State {
 #[test]
 fn killed_and_resumed_adaptive_shards_are_bit_identical_to_one_render() {
     let options = adaptive(SamplerKind::Sobol, 200);
-    let whole = session(2).render(&options, &NullRenderObserver);
+    let whole = session(SMALL, 2).render(&options, &NullRenderObserver);
     let whole = whole.expect("valid options");
     let folder = folder();
     let file = |name: &str| folder.path().join(name);
     // Renders a shard that is interrupted twice, on one thread and on two.
     let interrupted = |pilot: Option<&Path>, part: Shard, name: &str| {
-        let (first, then) = (session(1), session(2));
+        let (first, then) = (session(SMALL, 1), session(SMALL, 2));
         let mut rendering = begun(&first, &options, pilot, part);
-        finish(&mut rendering, &first, &Impatient(AtomicU64::new(1)));
+        finish(&mut rendering, &first, &CancelAfter::tiles(1));
         assert!(rendering.rendered().is_uneven);
         rendering.save(&first, &file(name)).expect("written");
         let refused = Merge::of(&[file(name)]).expect_err("it is uneven");
         assert!(refused.to_string().contains("--resume"), "{refused}");
-        for observer in [Impatient(AtomicU64::new(3)), Impatient(u64::MAX.into())] {
+        for observer in [CancelAfter::tiles(3), CancelAfter::tiles(u64::MAX)] {
             let state = State::read(&file(name)).expect("it is whole");
             let mut rendering = then.start(&options).expect("valid options");
             if let Some(pilot) = pilot {
@@ -221,7 +192,7 @@ fn killed_and_resumed_adaptive_shards_are_bit_identical_to_one_render() {
 #[test]
 fn render_continued_after_its_pilot_is_bit_identical_to_one_render() {
     let folder = folder();
-    let session = session(2);
+    let session = session(SMALL, 2);
     let options = adaptive(SamplerKind::Sobol, 200);
     let whole = session
         .render(&options, &NullRenderObserver)
@@ -232,7 +203,7 @@ fn render_continued_after_its_pilot_is_bit_identical_to_one_render() {
     rendering
         .continue_after(&session, read(&file))
         .expect("its pilot");
-    finish(&mut rendering, &session, &Impatient(AtomicU64::new(3)));
+    finish(&mut rendering, &session, &CancelAfter::tiles(3));
     let checkpoint = folder.path().join("checkpoint.etd");
     rendering.save(&session, &checkpoint).expect("written");
     let mut rendering = session.start(&options).expect("valid options");
@@ -269,7 +240,7 @@ fn render_continued_after_its_pilot_is_bit_identical_to_one_render() {
 fn wrong_pilots_are_rejected() {
     let folder = folder();
     let file = |name: &str| folder.path().join(name);
-    let session = session(2);
+    let session = session(SMALL, 2);
     let options = adaptive(SamplerKind::Sobol, 200);
     let read = |file: &Path| State::read(file).expect("it is whole");
     let good = pilot(&session, &options, 52, folder.path());
@@ -345,7 +316,7 @@ fn wrong_pilots_are_rejected() {
 
 #[test]
 fn shards_beyond_the_pilot_need_it() {
-    let session = session(1);
+    let session = session(SMALL, 1);
     let options = adaptive(SamplerKind::Sobol, 200);
     for part in [
         Shard::Part { index: 0, of: 2 },

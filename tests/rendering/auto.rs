@@ -2,13 +2,14 @@
 
 use crate::common::furnished::{glass, matte, outside, small_light};
 use crate::common::room::room;
+use crate::common::session::session_of;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::NullRenderObserver;
 use etendue::internals::render::auto::Recommendation;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::Adaptive;
 use etendue::internals::scene::description::SceneDescription;
-use etendue::internals::session::{Session, tracing};
+use etendue::internals::session::Session;
 
 /// A bulb in a shade that is open above and below: all but two spots is lit indirectly, by ceiling and floor.
 fn shaded() -> SceneDescription {
@@ -63,11 +64,7 @@ intensity = 1
 fn session(scene: SceneDescription, threads: usize) -> Session {
     let mut scene = scene;
     scene.film.size = (64, 64);
-    let options = etendue::internals::accel::AccelOptions {
-        threads,
-        ..tracing()
-    };
-    Session::new(scene, options).expect("a valid scene")
+    session_of(scene, threads)
 }
 
 fn options(integrator: IntegratorKind) -> RenderOptions {

@@ -170,7 +170,7 @@ fn interrupted_cache_prepass_keeps_a_prefix_of_the_records() {
     let settings = settings(&description, 0.1, 2);
     let calls = std::cell::Cell::new(0);
     let watch = |share: f64, _| {
-        assert!((0.0..1.0).contains(&share));
+        assert!((0.0..=1.0).contains(&share));
         calls.set(calls.get() + 1);
         calls.get() < 3
     };

@@ -120,7 +120,7 @@ fn unlit_scene_fails_with_an_error_about_missing_light() {
 fn unflagged_error_bars_have_nominal_coverage() {
     let scene = matte();
     let ready = ready(&scene, Backend::ALL[0]);
-    let long = if is_nightly() { 8192 } else { 2048 };
+    let long = if is_nightly() { 8192 } else { 1024 };
     let path = RenderSettings {
         seed: 999,
         sampler: SamplerKind::Sobol,

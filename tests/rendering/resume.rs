@@ -2,6 +2,7 @@
 
 use crate::common::scene::ready;
 use crate::common::scene_folder::{SMALL, load_text};
+use crate::common::session::CancelAfter;
 use etendue::ErrorKind;
 use etendue::internals::accel::Backend;
 use etendue::internals::film::Film;
@@ -16,7 +17,6 @@ use etendue::internals::render::{
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 struct Stage {
     description: SceneDescription,
@@ -62,12 +62,12 @@ impl Stage {
         rendered: &mut Rendered,
         observer: &dyn RenderObserver,
     ) -> etendue::Result<()> {
-        let view = RenderInput {
+        let input = RenderInput {
             scene: &self.scene,
             filter: &self.filter,
             size: self.description.film.size,
         };
-        resume(&view, &self.threads, settings, until, rendered, observer)
+        resume(&input, &self.threads, settings, until, rendered, observer)
     }
 }
 
@@ -107,21 +107,6 @@ fn render_in_parts_is_bit_identical_to_a_single_render() {
     }
 }
 
-/// Cancels a render after a number of tiles.
-struct Impatient {
-    tiles: AtomicU64,
-}
-
-impl RenderObserver for Impatient {
-    fn progress(&self, _: &etendue::internals::render::Progress) {
-        self.tiles.fetch_sub(1, Ordering::Relaxed);
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.tiles.load(Ordering::Relaxed) == 0
-    }
-}
-
 #[test]
 fn interrupted_render_resumes_to_the_same_image() {
     let stage = Stage {
@@ -130,9 +115,7 @@ fn interrupted_render_resumes_to_the_same_image() {
     };
     let settings = stage.settings(8);
     let mut parts = Rendered::nothing(&settings, &stage.filter);
-    let observer = Impatient {
-        tiles: AtomicU64::new(27),
-    };
+    let observer = CancelAfter::tiles(27);
     stage
         .continue_until(&settings, settings.budget, &mut parts, &observer)
         .expect("valid settings");
@@ -192,9 +175,7 @@ fn interrupted_adaptive_render_resumes_to_the_same_image() {
     // Within the pilot of 32 samples, and after it.
     for tiles in [27, 90, 105] {
         let mut parts = Rendered::nothing(&adaptive, &stage.filter);
-        let observer = Impatient {
-            tiles: AtomicU64::new(tiles),
-        };
+        let observer = CancelAfter::tiles(tiles);
         stage
             .continue_until(&adaptive, adaptive.budget, &mut parts, &observer)
             .expect("valid settings");
@@ -267,9 +248,8 @@ fn complete_adaptive_render_ends_at_once_and_a_greedy_one_is_not_continued() {
         assert_eq!(refused.expect_err("it has begun").kind(), ErrorKind::Usage);
 
         let mut cut = Rendered::nothing(&settings, &stage.filter);
-        let tiles = AtomicU64::new(3);
         stage
-            .continue_until(&settings, budget, &mut cut, &Impatient { tiles })
+            .continue_until(&settings, budget, &mut cut, &CancelAfter::tiles(3))
             .expect("it ends early");
         assert!(cut.cancelled && cut.film.sample_count() > 0);
         let refused = again(budget, &mut cut);

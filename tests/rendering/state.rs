@@ -1,20 +1,19 @@
 //! State files: shards that merge to the bits of one render, renders that continue from a file, and damaged files.
 
-use crate::common::scene_folder::{SMALL, load_text};
-use etendue::internals::accel::{AccelOptions, Backend};
+use crate::common::scene_folder::SMALL;
+use crate::common::session::{CancelAfter, folder, session};
 use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::image::LayeredImage;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{Adaptive, Budget, SamplerKind};
-use etendue::internals::render::{NullRenderObserver, Progress, RenderObserver};
+use etendue::internals::render::{NullRenderObserver, RenderObserver};
 use etendue::internals::session::layers::with_film;
-use etendue::internals::session::{Rendering, Session, tracing};
+use etendue::internals::session::{Rendering, Session};
 use etendue::internals::state::{FORMAT, Merge, Shard, State, with_checksum};
 use etendue::{Error, ErrorKind};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 use tempfile::TempDir;
 
 /// The small scene with a sky alone and matte surfaces, whose error is not in doubt.
@@ -29,23 +28,10 @@ fn matte() -> String {
         .replace("emission = [12, 11, 10]", "")
 }
 
-fn session(text: &str, threads: usize) -> Session {
-    let options = AccelOptions {
-        backend: Backend::ALL[0],
-        threads,
-        ..tracing()
-    };
-    Session::new(load_text(text), options).expect("a valid scene")
-}
-
 fn options(integrator: IntegratorKind, spp: u64) -> RenderOptions {
     let mut options = RenderOptions::samples(spp);
     options.integrator = Some(integrator);
     options
-}
-
-fn folder() -> TempDir {
-    tempfile::tempdir().expect("a folder")
 }
 
 /// Renders a shard to a file.
@@ -189,20 +175,6 @@ fn partial_merges_merge_to_the_full_render() {
     );
 }
 
-/// Cancels a render after a number of tiles.
-struct Impatient(AtomicU64);
-
-impl RenderObserver for Impatient {
-    fn progress(&self, _: &Progress) {
-        let left = self.0.load(Ordering::Relaxed);
-        self.0.store(left.saturating_sub(1), Ordering::Relaxed);
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed) == 0
-    }
-}
-
 #[test]
 fn resuming_a_state_file_equals_an_uninterrupted_render() {
     let folder = folder();
@@ -215,9 +187,8 @@ fn resuming_a_state_file_equals_an_uninterrupted_render() {
             let begun = session(SMALL, 1);
             let mut rendering = begun.start(&options).expect("valid options");
             let until = rendering.budget();
-            let impatient = Impatient(AtomicU64::new(tiles));
             rendering
-                .continue_until(&begun, until, &impatient)
+                .continue_until(&begun, until, &CancelAfter::tiles(tiles))
                 .expect("it renders");
             assert!(rendering.rendered().cancelled);
             rendering.save(&begun, &file).expect("it is written");
@@ -245,9 +216,8 @@ fn interrupted_render_without_known_samples_saves_no_layers() {
     options.layers = true;
     let mut rendering = session.start(&options).expect("valid options");
     let until = rendering.budget();
-    let impatient = Impatient(AtomicU64::new(5));
     rendering
-        .continue_until(&session, until, &impatient)
+        .continue_until(&session, until, &CancelAfter::tiles(5))
         .expect("it renders");
     assert!(rendering.rendered().cancelled);
     rendering.save(&session, &file).expect("it is written");

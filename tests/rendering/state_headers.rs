@@ -1,15 +1,15 @@
 //! State files with headers that no render writes: they are refused, without a panic and without memory for what is not
 //! there.
 
-use crate::common::scene_folder::{SMALL, load_text};
+use crate::common::scene_folder::SMALL;
+use crate::common::session::{folder, session};
 use etendue::ErrorKind;
-use etendue::internals::accel::Backend;
 use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::film::{Film, Window};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::NullRenderObserver;
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::session::{Session, tracing};
+use etendue::internals::session::Session;
 use etendue::internals::state::{Header, Merge, Pilot, State};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -21,15 +21,9 @@ struct Stage {
 
 impl Stage {
     fn new() -> Self {
-        let options = etendue::AccelOptions {
-            backend: Backend::ALL[0],
-            threads: 1,
-            ..tracing()
-        };
-        let scene = load_text(&SMALL.replace("size = [24, 16]", "size = [5, 3]"));
         Self {
-            folder: tempfile::tempdir().expect("a folder"),
-            session: Session::new(scene, options).expect("a valid scene"),
+            folder: folder(),
+            session: session(&SMALL.replace("size = [24, 16]", "size = [5, 3]"), 1),
         }
     }
 
@@ -125,12 +119,7 @@ fn counts_of_paths_and_samples_beyond_reason_are_rejected() {
 fn header_with_more_sums_than_its_body_is_rejected_before_allocation() {
     let stage = Stage::new();
     let state = stage.state(&path());
-    let window = Window {
-        x: 0,
-        y: 0,
-        width: 512,
-        height: 512,
-    };
+    let window = Window::whole((512, 512));
     let film = Film::new(window, 32);
     let file = stage.file("crafted.etd");
     // With a halo of four pixels, small tiles have many more sums than pixels.

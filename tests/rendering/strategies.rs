@@ -28,18 +28,18 @@ fn limited(scene: &SceneDescription, seed: u64, spp: u64) -> RenderSettings {
     }
 }
 
-fn with_view<T>(
+fn with_input<T>(
     description: &SceneDescription,
     scene: &Scene,
     make: impl FnOnce(&RenderInput<'_>, &Threads) -> T,
 ) -> T {
     let filter = Filter::new(&description.film.filter);
-    let view = RenderInput {
+    let input = RenderInput {
         scene,
         filter: &filter,
         size: description.film.size,
     };
-    make(&view, &Threads::new(2).expect("threads"))
+    make(&input, &Threads::new(2).expect("threads"))
 }
 
 fn pictures(
@@ -47,8 +47,8 @@ fn pictures(
     scene: &Scene,
     settings: &RenderSettings,
 ) -> Vec<StrategyImages> {
-    let pictures = with_view(description, scene, |view, threads| {
-        strategies(view, threads, settings)
+    let pictures = with_input(description, scene, |input, threads| {
+        strategies(input, threads, settings)
     });
     pictures.expect("the settings fit")
 }
@@ -140,8 +140,8 @@ fn path_strategies_sum_to_the_rendered_image() {
             ..settings(&description, IntegratorKind::Path, 16)
         };
         let whole = film(&scene, &description, &settings).develop();
-        let images = with_view(&description, &scene, |view, threads| {
-            path_strategies(view, threads, &settings)
+        let images = with_input(&description, &scene, |input, threads| {
+            path_strategies(input, threads, &settings)
         });
         let images = images.expect("the settings fit");
         for (strategy, image) in PathStrategy::ALL.iter().zip(&images) {

@@ -53,6 +53,29 @@ fn meets(scene: &Scene, origin: DVec3, dir: DVec3, time: f32) -> Option<[DVec3; 
     Some([p, at.ng.as_dvec3(), at.frame.n.as_dvec3()])
 }
 
+/// The number of rays that two scenes are compared by.
+const RAYS: usize = 20_000;
+
+/// The number of random rays that hit the first of two scenes, and of those whose hits differ.
+fn compared(scenes: &[Scene; 2], time: f32, rng: &mut TestRng) -> (usize, usize) {
+    let (mut found, mut off) = (0, 0);
+    for _ in 0..RAYS {
+        let origin = 4.0 * direction(rng).as_dvec3();
+        let dir = (1.5 * point(rng).as_dvec3() - origin).normalize();
+        let hits = [0, 1].map(|i| meets(&scenes[i], origin, dir, time));
+        found += usize::from(hits[0].is_some());
+        let same = match hits {
+            [None, None] => true,
+            [Some([p, ng, ns]), Some([q, mg, ms])] => {
+                p.distance(q) < 1e-4 && ng.distance(mg) < 1e-4 && ns.distance(ms) < 1e-3
+            }
+            _ => false,
+        };
+        off += usize::from(!same);
+    }
+    (found, off)
+}
+
 /// Nested groups, one moving within another that moves, against the product of all transforms at a given time.
 #[test]
 fn nested_instances_match_shapes_with_composed_transforms() {
@@ -110,23 +133,8 @@ fn nested_instances_match_shapes_with_composed_transforms() {
             }
         }
         for &backend in Backend::ALL {
-            let [nested, flat] = [&nested, &flat].map(|scene| ready(scene, backend));
-            let (mut found, mut off) = (0, 0);
-            const RAYS: usize = 20_000;
-            for _ in 0..RAYS {
-                let origin = 4.0 * direction(&mut rng).as_dvec3();
-                let dir = (1.5 * point(&mut rng).as_dvec3() - origin).normalize();
-                let hits = [&nested, &flat].map(|scene| meets(scene, origin, dir, time as f32));
-                found += usize::from(hits[0].is_some());
-                let same = match hits {
-                    [None, None] => true,
-                    [Some([p, ng, ns]), Some([q, mg, ms])] => {
-                        p.distance(q) < 1e-4 && ng.distance(mg) < 1e-4 && ns.distance(ms) < 1e-3
-                    }
-                    _ => false,
-                };
-                off += usize::from(!same);
-            }
+            let scenes = [&nested, &flat].map(|scene| ready(scene, backend));
+            let (found, off) = compared(&scenes, time as f32, &mut rng);
             println!(
                 "{time} {}: {found} of {RAYS} hit, {off} off",
                 backend.name()

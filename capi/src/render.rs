@@ -26,7 +26,7 @@ pub struct EtdRender(());
 pub struct Render {
     /// The scene.
     pub ready: Arc<Ready>,
-    state: Mutex<State>,
+    state: Mutex<RenderState>,
     /// Whether a run is active or about to start.
     runs: AtomicBool,
     cancelled: AtomicBool,
@@ -45,7 +45,7 @@ impl Drop for Running<'_> {
 const LOCK_INTERVAL: Duration = Duration::from_micros(20);
 
 /// The state of a render.
-pub struct State {
+pub struct RenderState {
     /// The render.
     pub rendering: Rendering,
     /// The image with its layers, once requested.
@@ -97,7 +97,7 @@ unsafe impl Versioned for EtdRenderInfo {
     const NAME: &'static str = "EtdRenderInfo";
 }
 
-impl State {
+impl RenderState {
     /// Returns the image with its layers.
     pub fn layered(&mut self, ready: &Ready) -> Result<&LayeredImage, Failure> {
         if self.layered.is_none() {
@@ -112,7 +112,7 @@ impl Render {
     /// Calls `work` with the state of the render, unless the render runs.
     pub fn with<T>(
         &self,
-        work: impl FnOnce(&mut State) -> Result<T, Failure>,
+        work: impl FnOnce(&mut RenderState) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         loop {
             match self.state.try_lock() {
@@ -189,7 +189,7 @@ pub unsafe extern "C" fn etd_render_create(
         let rendering = scene.ready.read(|session| Ok(session.start(&options)?))?;
         let handle = RENDERS.add(Render {
             ready: Arc::clone(&scene.ready),
-            state: Mutex::new(State {
+            state: Mutex::new(RenderState {
                 rendering,
                 layered: None,
             }),

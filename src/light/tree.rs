@@ -37,7 +37,7 @@ pub struct LightTree {
     nodes: Vec<Node>,
     slots: Slots,
     /// For each light its slot and its node.
-    places: Vec<Place>,
+    places: Vec<TreePlace>,
 }
 
 /// A node: consecutive slots.
@@ -46,12 +46,12 @@ struct Node {
     first: u32,
     count: u32,
     /// The node as a child; [`NONE`] of the root.
-    place: Place,
+    place: TreePlace,
 }
 
 /// The place of a child.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Place {
+struct TreePlace {
     slot: u32,
     node: u32,
 }
@@ -144,7 +144,7 @@ impl LightTree {
         let numbers = self.slots.numbers.len() * size_of::<f32>();
         let bytes = self.slots.child.capacity() * (numbers + size_of::<u32>())
             + self.nodes.capacity() * size_of::<Node>()
-            + self.places.capacity() * size_of::<Place>();
+            + self.places.capacity() * size_of::<TreePlace>();
         [lights, self.nodes.len(), bytes]
     }
 

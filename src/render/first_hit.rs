@@ -57,7 +57,7 @@ pub struct FirstHitErrors {
 
 /// Sums over some of the samples of a pixel.
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+struct FirstHitSums {
     albedo: Rgb,
     normal: Vec3,
     distance: f64,
@@ -67,7 +67,7 @@ struct Sums {
     hits: u32,
 }
 
-impl Sums {
+impl FirstHitSums {
     fn add(&mut self, other: &Self) {
         self.albedo += other.albedo;
         self.normal += other.normal;
@@ -90,7 +90,7 @@ impl Sums {
 }
 
 /// The standard errors of the means over all parts.
-fn standard_errors(parts: &[Sums]) -> FirstHitErrors {
+fn standard_errors(parts: &[FirstHitSums]) -> FirstHitErrors {
     let mut moments = [Moments::default(); 7];
     let mut push = |at: usize, x: f64| moments[at].push(x);
     for part in parts.iter().filter(|part| part.count > 0) {
@@ -171,7 +171,7 @@ impl Job<'_> {
             sampler: &self.sampler,
         };
         let lanes = block.lanes_in(self.window);
-        let mut parts = [[Sums::default(); PARTS]; LANES];
+        let mut parts = [[FirstHitSums::default(); PARTS]; LANES];
         for sample in 0..self.spp {
             wavefront.clear();
             let index = PacketIndex { block, sample };
@@ -190,7 +190,7 @@ impl Job<'_> {
                     continue;
                 };
                 let ns = at.frame.to_world(Vec3::Z);
-                part.add(&Sums {
+                part.add(&FirstHitSums {
                     albedo: self.albedo(&at, sampler),
                     normal: if ns.dot(at.wo) < 0.0 { -ns } else { ns },
                     distance: f64::from((at.p - ray.origin).length()),
@@ -203,8 +203,8 @@ impl Job<'_> {
     }
 
     /// The first hit of a pixel, given the sums of its parts.
-    fn first_hit(&self, parts: &[Sums; PARTS]) -> FirstHit {
-        let mut all = Sums::default();
+    fn first_hit(&self, parts: &[FirstHitSums; PARTS]) -> FirstHit {
+        let mut all = FirstHitSums::default();
         for part in parts {
             all.add(part);
         }

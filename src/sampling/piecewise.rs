@@ -21,8 +21,8 @@ impl Piecewise1d {
 
     /// Samples a place from a uniform number.
     #[inline]
-    pub fn sample(&self, u: f64) -> Place {
-        Place::find(&self.sums, u)
+    pub fn sample(&self, u: f64) -> PiecePlace {
+        PiecePlace::find(&self.sums, u)
     }
 
     /// The density at `x` in [0, 1).
@@ -78,9 +78,9 @@ impl Piecewise2d {
 
     /// Samples the column and the row, from one uniform number each.
     #[inline]
-    pub fn sample(&self, u: [f64; 2]) -> [Place; 2] {
+    pub fn sample(&self, u: [f64; 2]) -> [PiecePlace; 2] {
         let row = self.rows.sample(u[1]);
-        [Place::find(self.row(row.piece), u[0]), row]
+        [PiecePlace::find(self.row(row.piece), u[0]), row]
     }
 
     /// The density at (x, y) in [0, 1)^2.
@@ -123,14 +123,14 @@ impl Piecewise2d {
 
 /// A sampled place in a distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct PiecePlace {
     /// Index of the piece.
     pub piece: usize,
     /// Offset in the piece, uniform in [0, 1).
     pub offset: f64,
 }
 
-impl Place {
+impl PiecePlace {
     #[inline]
     fn find(sums: &[f64], u: f64) -> Self {
         let sum = sums[sums.len() - 1];

@@ -52,17 +52,17 @@ pub struct Session {
     filter: Filter,
     threads: Threads,
     work: Work,
-    /// The identity of the current state, replaced after each change: a rendering compares it to decide whether it can
+    /// The revision of the scene, replaced after each change: a rendering compares it to decide whether it can
     /// continue.
-    state: State,
+    revision: Revision,
 }
 
-/// The identity of a state, unique among the states of all sessions: a running number.
+/// A revision of a scene, unique among those of all sessions: a running number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct State(u64);
+struct Revision(u64);
 
-impl State {
-    /// Returns a new, unused identity.
+impl Revision {
+    /// Returns a new, unused revision.
     fn next() -> Self {
         static GIVEN: AtomicU64 = AtomicU64::new(0);
         Self(GIVEN.fetch_add(1, Ordering::Relaxed))
@@ -124,7 +124,7 @@ impl Session {
                 structures: build_time,
                 ..Work::default()
             },
-            state: State::next(),
+            revision: Revision::next(),
         })
     }
 
@@ -292,7 +292,7 @@ impl Session {
 
     fn changed(&mut self, start: Instant) {
         self.work.last = start.elapsed();
-        self.state = planted!("changes-unnoticed", self.state, State::next());
+        self.revision = planted!("changes-unnoticed", self.revision, Revision::next());
     }
 
     fn input(&self) -> RenderInput<'_> {

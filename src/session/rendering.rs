@@ -4,7 +4,7 @@
 //! Range: a rendering can be continued until its session changes; its results can be read at any time.
 //! Source: none needed. Tested in `tests/rendering/session.rs`.
 
-use super::{Session, State, layers};
+use super::{Revision, Session, layers};
 use crate::error::{Error, Result};
 use crate::film::error_bars::ErrorBars;
 use crate::film::filter::Filter;
@@ -30,7 +30,7 @@ pub struct Rendering {
     pub(super) shard: Option<Range<u64>>,
     /// The identity of scene and settings, once it is needed.
     pub(super) identity: OnceLock<Fingerprint>,
-    state: State,
+    revision: Revision,
 }
 
 impl Rendering {
@@ -56,7 +56,7 @@ impl Rendering {
             choices,
             shard: None,
             identity: OnceLock::new(),
-            state: session.state,
+            revision: session.revision,
         })
     }
 
@@ -164,7 +164,7 @@ impl Rendering {
     }
 
     pub(super) fn check_session(&self, session: &Session) -> Result<()> {
-        if self.state == session.state {
+        if self.revision == session.revision {
             return Ok(());
         }
         Err(Error::usage(

@@ -23,7 +23,7 @@ use etendue::internals::scene::description::{
 use etendue::internals::scene::prepare::prepare;
 use etendue_lab::battery::case::{Effort, Trial};
 pub use etendue_lab::battery::patch::looking;
-use etendue_lab::battery::patch::{self, Look};
+use etendue_lab::battery::patch::{self, PatchSettings};
 pub use etendue_lab::scene_builder::{diffuse, polygon, rectangle, sky, surface};
 use std::sync::Arc;
 
@@ -84,12 +84,12 @@ pub fn see_by(
         effort: Effort::Quick,
         is_cancelled: &|| false,
     };
-    let look = Look {
+    let patch = PatchSettings {
         spp,
         max_bounces,
         roulette,
     };
-    let pixels = patch::see_by(&trial, integrator, description, look);
+    let pixels = patch::see_by(&trial, integrator, description, patch);
     Moments::of(pixels.expect("a valid scene"))
 }
 

@@ -123,6 +123,10 @@ fn moved(scene: &SceneDescription, turn: DMat3, factor: f64, by: DVec3) -> Scene
     camera.to_world.matrix3 = turn * camera.to_world.matrix3;
     camera.to_world.translation = matrix.transform_point3(camera.to_world.translation);
     camera.lens_radius *= factor;
+    let bumps = scene.materials.iter_mut();
+    for bumps in bumps.filter_map(|material| material.bump_map.as_mut()) {
+        bumps.height *= factor as f32;
+    }
     camera.focus_distance *= factor;
     for shape in scene
         .shapes
@@ -327,6 +331,7 @@ fn flipping_two_sided_triangles_preserves_most_pixels() {
         for material in &mut scene.materials {
             material.two_sided = true;
             material.normal_map = None;
+            material.bump_map = None;
         }
         let settings = settings(&scene);
         let mut inside_out = scene.clone();

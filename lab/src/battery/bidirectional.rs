@@ -11,7 +11,7 @@ use super::case::{Case, Effort};
 use super::claim::Claim;
 use super::closed_forms::rectangle_below;
 use super::lamps::{distant, floor, point, reflected, square_through};
-use super::patch::{Estimator, Look, SIZE, bounces, looking, mean, see_again};
+use super::patch::{Estimator, PatchSettings, SIZE, bounces, looking, mean, see_again};
 use super::transport::{floor_under_a_lamp, integrating_sphere, lit_room, ratio_of, room, series};
 use crate::scene_builder::{diffuse, light, mirror, rectangle, sky, sphere, surface};
 use etendue::internals::geometry::texture::Texture;
@@ -52,12 +52,18 @@ fn plain(
     estimator: Estimator,
     claim: Claim,
     scene: SceneDescription,
-    look: Look,
+    patch: PatchSettings,
 ) -> Case {
     let name = format!("{what} by {}", estimator.name());
     Case::new(row, name, claim, move |trial| {
-        let spp = trial.samples(look.spp);
-        see_again(trial, estimator, &scene, Look { spp, ..look }, mean)
+        let spp = trial.samples(patch.spp);
+        see_again(
+            trial,
+            estimator,
+            &scene,
+            PatchSettings { spp, ..patch },
+            mean,
+        )
     })
 }
 
@@ -66,12 +72,12 @@ fn integrating_spheres() -> Vec<Case> {
     let what = "integrating sphere of albedo 0.5, with roulette,";
     let case = |(estimator, power, spp)| {
         let scene = integrating_sphere(1.0, 0.5);
-        let look = Look {
+        let patch = PatchSettings {
             spp,
             max_bounces: None,
             roulette: Roulette::Throughput,
         };
-        plain((48, what), estimator, Claim::mean(1.0, power), scene, look)
+        plain((48, what), estimator, Claim::mean(1.0, power), scene, patch)
     };
     let limits = [
         (BIDIRECTIONAL, 1e-3, 1 << 9),
@@ -112,12 +118,12 @@ fn roulette() -> Vec<Case> {
         Case::new(50, name, Claim::mean(1.0, 1e-3), move |trial| {
             let scene = lit_room();
             ratio_of(trial, roulette, |trial, roulette| {
-                let look = Look {
+                let patch = PatchSettings {
                     spp: trial.samples(spp),
                     max_bounces: Some(3),
                     roulette,
                 };
-                see_again(trial, estimator, &scene, look, mean)
+                see_again(trial, estimator, &scene, patch, mean)
             })
         })
     };
@@ -131,8 +137,8 @@ fn lengths() -> Vec<Case> {
         for depth in [0, 1, 2, 3] {
             let what = format!("grey room to depth {depth}");
             let claim = Claim::mean(series(0.5, Some(depth)), 2e-3);
-            let look = bounces(depth, 1 << 6);
-            cases.push(plain((52, &what), estimator, claim, room(0.5), look));
+            let patch = bounces(depth, 1 << 6);
+            cases.push(plain((52, &what), estimator, claim, room(0.5), patch));
         }
         let (scene, exact) = floor_under_a_lamp();
         let claim = Claim::mean(exact, 2e-3);
@@ -280,8 +286,8 @@ fn short_chains() -> Vec<Case> {
             scene.lights = vec![light(point(at, 1.0))];
             let exact = lit(at, 1.0);
             let counts = |pixel: usize| (pixel % 8 < 4) == is_left;
-            let look = bounces(1, trial.samples(1 << 10));
-            see_again(trial, METROPOLIS, &scene, look, |seen| {
+            let patch = bounces(1, trial.samples(1 << 10));
+            see_again(trial, METROPOLIS, &scene, patch, |seen| {
                 over_exact(seen, &exact, counts)
             })
         })
@@ -325,8 +331,8 @@ fn by_a_mirror() -> Vec<Case> {
         let name = format!("{what} by {}", estimator.name());
         let (scene, exact) = (scene.clone(), exact.clone());
         Case::new(56, name, Claim::mean(1.0, 5e-3), move |trial| {
-            let look = bounces(2, trial.samples(1 << 9));
-            see_again(trial, estimator, &scene, look, |seen| {
+            let patch = bounces(2, trial.samples(1 << 9));
+            see_again(trial, estimator, &scene, patch, |seen| {
                 over_exact(seen, &exact, |_| true)
             })
         })

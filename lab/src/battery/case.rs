@@ -5,7 +5,7 @@
 //! Source: docs/hard-cases.md. Tested in `lab/tests/reports/battery.rs`.
 
 use super::claim::Claim;
-use super::patch::{Look, see};
+use super::patch::{PatchSettings, see};
 pub use super::trial::{Effort, Trial};
 use etendue::Result;
 use etendue::internals::accel::Backend;
@@ -69,9 +69,9 @@ impl Case {
         name: impl Into<String>,
         claim: Claim,
         scene: SceneDescription,
-        look: Look,
+        patch: PatchSettings,
     ) -> Self {
-        Self::new(row, name, claim, move |trial| see(trial, &scene, look))
+        Self::new(row, name, claim, move |trial| see(trial, &scene, patch))
     }
 
     /// This case, assigned to a subject.

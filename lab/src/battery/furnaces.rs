@@ -8,7 +8,7 @@
 
 use super::case::{Case, Effort};
 use super::claim::Claim;
-use super::patch::{Look, bounces, direct, looking};
+use super::patch::{PatchSettings, bounces, direct, looking};
 use crate::scene_builder::{ceiling, diffuse, glass, rectangle, sky, sphere, surface};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
@@ -21,7 +21,7 @@ use std::f64::consts::FRAC_PI_4;
 use std::sync::Arc;
 
 /// Without roulette, and with a limit that ends paths inside of closed white objects.
-const PATIENT: Look = Look {
+const PATIENT: PatchSettings = PatchSettings {
     spp: 64,
     max_bounces: Some(1000),
     roulette: Roulette::None,

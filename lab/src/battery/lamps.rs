@@ -8,7 +8,7 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::{bright_texel, parallel_rectangle};
-use super::patch::{Look, bounces, direct, looking, see};
+use super::patch::{PatchSettings, bounces, direct, looking, see};
 use crate::bench::random::Random;
 use crate::scene_builder::{ceiling, diffuse, light, mesh, rectangle, surface};
 use etendue::internals::effects::kernel::types::Everything;
@@ -353,7 +353,7 @@ fn integrals(trial: &Trial<'_>, map: &EnvironmentMap) -> Vec<f64> {
 /// A floor under one lamp, with a hundred thousand emitters of zero area and one of almost no radiance.
 fn useless_emitters() -> Vec<Case> {
     const COUNT: u32 = 100_000;
-    let look: Look = direct(1 << 9);
+    let patch: PatchSettings = direct(1 << 9);
     let name = "one lamp among 1e5 emitters of no area and one of radiance 1e-40";
     let exact = 0.5 * 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
     let case = Case::new(33, name, Claim::mean(exact, 1e-3), move |trial| {
@@ -367,7 +367,7 @@ fn useless_emitters() -> Vec<Case> {
             surface(lamp, 1.0),
             surface(dim, 1e-40),
         ];
-        see(trial, &scene, look)
+        see(trial, &scene, patch)
     });
     vec![case]
 }

@@ -7,7 +7,7 @@
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
-use super::patch::{Look, bounces, looking, ready};
+use super::patch::{PatchSettings, bounces, looking, ready};
 use crate::bench::random::Random;
 use crate::scene_builder::{mirror, rectangle, sky, surface};
 use etendue::Result;
@@ -25,12 +25,12 @@ pub fn cases(_: Effort) -> Vec<Case> {
         // 0.99 as in the catalogue, in double precision.
         let claim = Claim::without_noise(0.99_f64.powi(reflections), 1e-5);
         let name = format!("{reflections} reflections of 0.99 between facing mirrors");
-        let look = Look {
+        let patch = PatchSettings {
             spp: 16,
             max_bounces: None,
             roulette: Roulette::None,
         };
-        Case::seen(14, name, claim, corridor(f64::from(reflections)), look)
+        Case::seen(14, name, claim, corridor(f64::from(reflections)), patch)
     });
     let short = Case::seen(
         14,

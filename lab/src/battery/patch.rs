@@ -30,7 +30,7 @@ const FOV: f64 = 1e-4;
 
 /// The render settings for a patch.
 #[derive(Debug, Clone, Copy)]
-pub struct Look {
+pub struct PatchSettings {
     /// Minimum number of samples per pixel.
     pub spp: u64,
     /// Maximum number of scattering events.
@@ -73,13 +73,13 @@ impl Estimator {
 }
 
 /// Settings for direct light, without roulette.
-pub fn direct(spp: u64) -> Look {
+pub fn direct(spp: u64) -> PatchSettings {
     bounces(1, spp)
 }
 
 /// Settings for at most `max_bounces` scattering events, without roulette.
-pub fn bounces(max_bounces: u32, spp: u64) -> Look {
-    Look {
+pub fn bounces(max_bounces: u32, spp: u64) -> PatchSettings {
+    PatchSettings {
         spp,
         max_bounces: Some(max_bounces),
         roulette: Roulette::None,
@@ -121,24 +121,28 @@ pub fn ready(trial: &Trial<'_>, description: &SceneDescription) -> Result<Scene>
 ///
 /// # Errors
 /// An error of the scene or the backend.
-pub fn see(trial: &Trial<'_>, description: &SceneDescription, look: Look) -> Result<Vec<f64>> {
-    let spp = trial.samples(look.spp);
-    see_exactly(trial, description, Look { spp, ..look })
+pub fn see(
+    trial: &Trial<'_>,
+    description: &SceneDescription,
+    patch: PatchSettings,
+) -> Result<Vec<f64>> {
+    let spp = trial.samples(patch.spp);
+    see_exactly(trial, description, PatchSettings { spp, ..patch })
 }
 
-/// The radiance of each pixel with exactly `look.spp` samples.
+/// The radiance of each pixel with exactly `patch.spp` samples.
 ///
 /// # Errors
 /// An error of the scene or the backend.
 pub fn see_exactly(
     trial: &Trial<'_>,
     description: &SceneDescription,
-    look: Look,
+    patch: PatchSettings,
 ) -> Result<Vec<f64>> {
-    see_by(trial, IntegratorKind::default(), description, look)
+    see_by(trial, IntegratorKind::default(), description, patch)
 }
 
-/// The radiance of each pixel with exactly `look.spp` samples, by an integrator whose samples contribute to their own
+/// The radiance of each pixel with exactly `patch.spp` samples, by an integrator whose samples contribute to their own
 /// pixel only.
 ///
 /// # Errors
@@ -147,11 +151,11 @@ pub fn see_by(
     trial: &Trial<'_>,
     integrator: IntegratorKind,
     description: &SceneDescription,
-    look: Look,
+    patch: PatchSettings,
 ) -> Result<Vec<f64>> {
     let scene = ready(trial, description)?;
     let estimator = Estimator::alone(integrator);
-    picture(trial, estimator, (description, &scene), look, trial.seed)
+    picture(trial, estimator, (description, &scene), patch, trial.seed)
 }
 
 /// Evaluates `of` on the pixels of each of `RENDERS` renders by any estimator. Where samples splat to other pixels, or
@@ -163,13 +167,13 @@ pub fn see_again(
     trial: &Trial<'_>,
     estimator: Estimator,
     description: &SceneDescription,
-    look: Look,
+    patch: PatchSettings,
     of: impl Fn(&[f64]) -> f64,
 ) -> Result<Vec<f64>> {
     let scene = ready(trial, description)?;
     let of_render = |number: u64| {
         let seed = trial.seed.wrapping_mul(RENDERS).wrapping_add(number);
-        let pixels = picture(trial, estimator, (description, &scene), look, seed)?;
+        let pixels = picture(trial, estimator, (description, &scene), patch, seed)?;
         Ok(of(&pixels))
     };
     (0..RENDERS).map(of_render).collect()
@@ -180,12 +184,12 @@ pub fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len() as f64
 }
 
-/// Renders with exactly `look.spp` samples and returns the radiance of each pixel.
+/// Renders with exactly `patch.spp` samples and returns the radiance of each pixel.
 fn picture(
     trial: &Trial<'_>,
     estimator: Estimator,
     (description, scene): (&SceneDescription, &Scene),
-    look: Look,
+    patch: PatchSettings,
     seed: u64,
 ) -> Result<Vec<f64>> {
     let size = description.film.size;
@@ -193,11 +197,11 @@ fn picture(
         integrator: estimator.integrator,
         light_paths: LightPathRule::Share(estimator.light_paths),
         seed,
-        max_bounces: look.max_bounces,
-        roulette: Some(look.roulette),
+        max_bounces: patch.max_bounces,
+        roulette: Some(patch.roulette),
         threads: trial.options.threads,
         tile_size: 1,
-        ..RenderSettings::new(size, look.spp)
+        ..RenderSettings::new(size, patch.spp)
     };
     let filter = Filter::new(&description.film.filter);
     let rendered = render(scene, &filter, size, &settings, trial)?;

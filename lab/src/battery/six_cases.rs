@@ -9,7 +9,7 @@
 use super::case::{Case, Effort, Peers};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
-use super::patch::{Look, bounces, direct, looking, see_exactly};
+use super::patch::{PatchSettings, bounces, direct, looking, see_exactly};
 use crate::scene_builder::{ceiling, diffuse, rectangle, sky, surface};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
@@ -172,11 +172,11 @@ fn closed_boxes() -> Vec<Case> {
         (1e4, peers("2.0e5", "-", "-")),
         (1e5, peers("-", "-", "-")),
     ];
-    let look = bounces(1000, 16);
+    let patch = bounces(1000, 16);
     let case = |(t, peers): (f64, Peers)| {
         let name = format!("light from outside in a closed white box at {t:e}");
         let claim = Claim::exactly(0.0);
-        Case::seen(36, name, claim, closed_box(t), look)
+        Case::seen(36, name, claim, closed_box(t), patch)
             .costing(3.0)
             .beside(peers)
     };
@@ -201,14 +201,14 @@ fn plain_pictures(effort: Effort) -> Vec<Case> {
         scene.film.size = (1, 1);
         let wall = rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
         scene.shapes = vec![surface(wall, 0.1)];
-        let look = Look {
+        let patch = PatchSettings {
             spp: 1 << exponent,
             max_bounces: Some(0),
             roulette: Roulette::None,
         };
         let name = format!("plain image of 0.1 at 2^{exponent} samples a pixel");
         let claim = Claim::without_noise(f64::from(0.1_f32), 1e-9);
-        let measure = move |trial: &super::case::Trial<'_>| see_exactly(trial, &scene, look);
+        let measure = move |trial: &super::case::Trial<'_>| see_exactly(trial, &scene, patch);
         let cost = f64::exp2(f64::from(exponent) - 21.0);
         Case::new(57, name, claim, measure)
             .costing(cost)

@@ -8,7 +8,7 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
-use super::patch::{Look, bounces, looking, mean, see, see_by, see_exactly};
+use super::patch::{PatchSettings, bounces, looking, mean, see, see_by, see_exactly};
 use crate::scene_builder::{ceiling, diffuse, light, rectangle, sphere, surface};
 use etendue::Result;
 use etendue::internals::integrator::Roulette;
@@ -64,14 +64,14 @@ fn grey_furnaces() -> Vec<Case> {
         } else {
             ", with roulette"
         };
-        let look = Look {
+        let patch = PatchSettings {
             spp,
             max_bounces,
             roulette,
         };
         let name = format!("grey room that emits 1, {depth}{ending}");
         let claim = Claim::mean(series(0.5, max_bounces), 1e-3);
-        Case::seen(2, name, claim, room(0.5), look)
+        Case::seen(2, name, claim, room(0.5), patch)
     };
     table.into_iter().map(case).collect()
 }
@@ -95,7 +95,7 @@ fn integrating_spheres() -> Vec<Case> {
     let case = |(radius, albedo, max_bounces): (f64, f32, Option<u32>)| {
         let scene = integrating_sphere(radius, albedo);
         let exact = series(f64::from(albedo), max_bounces) - 1.0;
-        let (claim, ending, look) = match max_bounces {
+        let (claim, ending, patch) = match max_bounces {
             Some(depth) => (
                 Claim::without_noise(exact, 1e-5),
                 format!("to depth {depth}"),
@@ -104,7 +104,7 @@ fn integrating_spheres() -> Vec<Case> {
             None => (
                 Claim::mean(exact, 1e-3),
                 "with roulette".to_owned(),
-                Look {
+                PatchSettings {
                     spp: 1 << 14,
                     max_bounces: None,
                     roulette: Roulette::Throughput,
@@ -112,7 +112,7 @@ fn integrating_spheres() -> Vec<Case> {
             ),
         };
         let name = format!("integrating sphere of radius {radius:e} and albedo {albedo}, {ending}");
-        Case::seen(48, name, claim, scene, look)
+        Case::seen(48, name, claim, scene, patch)
     };
     [
         (1.0, 0.5, None),
@@ -128,14 +128,14 @@ fn integrating_spheres() -> Vec<Case> {
 fn white_rooms(effort: Effort) -> Vec<Case> {
     let albedo = f64::from(0.999_f32);
     let long = |bounces: u32, spp: u64, power: f64, cost: f64| {
-        let look = Look {
+        let patch = PatchSettings {
             spp,
             max_bounces: Some(bounces),
             roulette: Roulette::None,
         };
         let name = format!("room of albedo 0.999 that emits 1, {bounces} bounces");
         let claim = Claim::mean(series(albedo, Some(bounces)), power);
-        let measure = move |trial: &Trial<'_>| see_exactly(trial, &room(0.999), look);
+        let measure = move |trial: &Trial<'_>| see_exactly(trial, &room(0.999), patch);
         Case::new(49, name, claim, measure).costing(cost)
     };
     match effort {
@@ -172,12 +172,12 @@ pub fn lit_room() -> SceneDescription {
 fn ratio(trial: &Trial<'_>, roulette: Roulette, depth: u32, spp: u64) -> Result<Vec<f64>> {
     let scene = lit_room();
     let seen = |trial: &Trial<'_>, roulette| {
-        let look = Look {
+        let patch = PatchSettings {
             spp,
             max_bounces: Some(depth),
             roulette,
         };
-        see(trial, &scene, look)
+        see(trial, &scene, patch)
     };
     ratio_of(trial, roulette, seen)
 }
@@ -228,11 +228,11 @@ fn techniques() -> Vec<Case> {
     ];
     let mut cases = Vec::new();
     for kind in kinds {
-        for (what, scene, exact, look) in scenes.clone() {
+        for (what, scene, exact, patch) in scenes.clone() {
             let name = format!("{what} by the integrator {}", kind.name());
             let measure = move |trial: &Trial<'_>| {
-                let spp = trial.samples(look.spp);
-                see_by(trial, kind, &scene, Look { spp, ..look })
+                let spp = trial.samples(patch.spp);
+                see_by(trial, kind, &scene, PatchSettings { spp, ..patch })
             };
             cases.push(Case::new(51, name, Claim::mean(exact, 2e-3), measure));
         }

@@ -18,7 +18,7 @@ pub struct PiecewiseLinear {
 }
 
 /// A position on the polyline.
-struct Place {
+struct SegmentPlace {
     piece: usize,
     /// Position within the piece, from 0 to 1.
     offset: f64,
@@ -103,12 +103,12 @@ impl PiecewiseLinear {
     }
 
     /// The position of `x` on the polyline; `None` outside the range.
-    fn place(&self, x: f64) -> Option<Place> {
+    fn place(&self, x: f64) -> Option<SegmentPlace> {
         let [a, b] = self.range;
         (a..=b).contains(&x).then(|| {
             let at = (x - a) / (b - a) * self.count() as f64;
             let piece = (at as usize).min(self.count() - 1);
-            Place {
+            SegmentPlace {
                 piece,
                 offset: at - piece as f64,
             }

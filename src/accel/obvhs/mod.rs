@@ -37,14 +37,14 @@ pub struct ObvhsAccel {
     world: Arc<World>,
     root: Level,
     /// The trees of the groups, shared by structures over worlds with the same groups.
-    groups: Arc<[Group]>,
+    groups: Arc<[GroupAccel]>,
     options: AccelOptions,
     precision: Precision,
 }
 
 /// The tree of a group.
 #[derive(Debug)]
-struct Group {
+struct GroupAccel {
     bounds: Bounds,
     level: Level,
 }
@@ -62,7 +62,7 @@ impl ObvhsAccel {
     fn build_here(world: Arc<World>, options: AccelOptions) -> Self {
         let tree_options = tree_options(options);
         let groups = world.groups().iter();
-        let groups = groups.map(|g| Group::new(g, tree_options)).collect();
+        let groups = groups.map(|g| GroupAccel::new(g, tree_options)).collect();
         Self::over(groups, world, options)
     }
 
@@ -78,7 +78,7 @@ impl ObvhsAccel {
     }
 
     /// Builds the top-level tree.
-    fn over(groups: Arc<[Group]>, world: Arc<World>, options: AccelOptions) -> Self {
+    fn over(groups: Arc<[GroupAccel]>, world: Arc<World>, options: AccelOptions) -> Self {
         let numbers = 0..world.instances().len();
         let instances = numbers.map(|i| (i as u32, world.instance_bounds(i)));
         let occupied: Vec<_> = instances.filter(|(_, b)| !b.is_empty()).collect();
@@ -181,7 +181,7 @@ impl ObvhsAccel {
         instance: u32,
         ray: &R,
         time: f32,
-    ) -> Option<(&Group, &[Geometry], R, f64)> {
+    ) -> Option<(&GroupAccel, &[Geometry], R, f64)> {
         let instance = &self.world.instances()[instance as usize];
         let group = &self.groups[instance.group];
         let ray = ray.widen().transformed(&instance.at(time).inverse());
@@ -191,7 +191,7 @@ impl ObvhsAccel {
     }
 }
 
-impl Group {
+impl GroupAccel {
     fn new(shapes: &[Geometry], options: TreeOptions) -> Self {
         let boxes = shapes.iter().map(Geometry::bounds);
         let bounds = boxes.fold(Bounds::default(), Bounds::union);

@@ -22,7 +22,7 @@ const INNER: u32 = 0xff00_0000;
 
 /// The children of one node that are still to be visited.
 #[derive(Debug, Clone, Copy, Default)]
-struct Group {
+struct PendingChildren {
     /// The index of the node's first child.
     base: u32,
     /// One bit for each child that is an inner node, by child slot.
@@ -51,7 +51,7 @@ pub fn traverse(
             primitives &= primitives - 1;
             visit((node.primitive_base_idx + offset) as usize, &mut ray.t_max)?;
         }
-        let mut group = Group {
+        let mut group = PendingChildren {
             base: node.child_base_idx,
             places: node.imask,
             waiting: hits & INNER,

@@ -1,25 +1,25 @@
 //! Construction of a tree of lights: from the root down, by splits in two.
 //!
-//! The lights of a node are split until there are sixteen groups, always the group of the highest cost. A split cuts the
-//! longest edge of the box of a group's centres at one of some planes, such that the sum of the costs of both halves is
+//! The lights of a node are split until there are sixteen clusters, always the cluster of the highest cost. A split cuts the
+//! longest edge of the box of a cluster's centres at one of some planes, such that the sum of the costs of both halves is
 //! least: the intensity times the squared diagonal times a measure of how much the normals differ. Lights at infinity are
-//! groups of their own.
+//! clusters of their own.
 //!
 //! Measure: as in `light/bounds.rs`.
-//! Range: any number of lights below 2^31. From [`BALANCED`] levels on, groups are halved.
+//! Range: any number of lights below 2^31. From [`BALANCED`] levels on, clusters are halved.
 //! Source: Conty Estevez and Kulla 2018, section 4; Wald 2007, "On Fast Construction of SAH-based Bounding Volume
 //! Hierarchies", for the planes. Tested in `tests/lights/choice.rs`.
 
 use super::super::Light;
 use super::super::bounds::LightBounds;
-use super::{IS_NODE, LightTree, NONE, Node, Place, Slots, WIDTH};
+use super::{IS_NODE, LightTree, NONE, Node, Slots, TreePlace, WIDTH};
 use crate::math::vec::Vec3;
 use std::ops::Range;
 
-/// The number of planes at which a group may be split, plus one.
+/// The number of planes at which a cluster may be split, plus one.
 const BINS: usize = 16;
 
-/// The depth from which on groups are halved, which bounds the depth of the tree.
+/// The depth from which on clusters are halved, which bounds the depth of the tree.
 const BALANCED: usize = 10;
 
 /// A light to be placed.
@@ -30,12 +30,12 @@ struct Item {
 }
 
 /// Some lights, in the order of the items.
-struct Group {
+struct Cluster {
     range: Range<usize>,
     cost: f32,
 }
 
-/// The quantities that the cost of a group depends on.
+/// The quantities that the cost of a cluster depends on.
 #[derive(Debug, Clone, Copy)]
 struct Extent {
     low: Vec3,
@@ -72,7 +72,7 @@ impl LightTree {
         if items.is_empty() || lights.len() >= IS_NODE as usize {
             return None;
         }
-        let nowhere = Place {
+        let nowhere = TreePlace {
             slot: NONE,
             node: NONE,
         };
@@ -83,8 +83,8 @@ impl LightTree {
         };
         items.sort_by_key(|item| item.bounds.nearness > 0.0);
         let beyond = items.partition_point(|item| item.bounds.nearness == 0.0);
-        let groups = groups(&mut items, beyond);
-        tree.add_node(&mut items, groups, nowhere, 1);
+        let clusters = clusters(&mut items, beyond);
+        tree.add_node(&mut items, clusters, nowhere, 1);
         for _ in 1..WIDTH {
             tree.slots.push(&NOTHING, NONE);
         }
@@ -93,20 +93,26 @@ impl LightTree {
         Some(tree)
     }
 
-    /// Adds the node of some groups of items, and the nodes below.
-    fn add_node(&mut self, items: &mut [Item], groups: Vec<Group>, place: Place, depth: usize) {
+    /// Adds the node of some clusters of items, and the nodes below.
+    fn add_node(
+        &mut self,
+        items: &mut [Item],
+        clusters: Vec<Cluster>,
+        place: TreePlace,
+        depth: usize,
+    ) {
         let node = self.nodes.len() as u32;
         let first = self.slots.child.len() as u32;
         self.nodes.push(Node {
             first,
-            count: groups.len() as u32,
+            count: clusters.len() as u32,
             place,
         });
-        for (slot, group) in (first..).zip(&groups) {
-            match &items[group.range.clone()] {
+        for (slot, cluster) in (first..).zip(&clusters) {
+            match &items[cluster.range.clone()] {
                 [Item { bounds, light }] => {
                     self.slots.push(bounds, *light);
-                    self.places[*light as usize] = Place { slot, node };
+                    self.places[*light as usize] = TreePlace { slot, node };
                 }
                 several => {
                     let bounds = LightBounds::of_all(several.iter().map(|item| &item.bounds));
@@ -114,17 +120,17 @@ impl LightTree {
                 }
             }
         }
-        for (slot, group) in (first..).zip(groups) {
-            if group.range.len() > 1 {
+        for (slot, cluster) in (first..).zip(clusters) {
+            if cluster.range.len() > 1 {
                 self.slots.child[slot as usize] = IS_NODE | self.nodes.len() as u32;
-                let items = &mut items[group.range];
+                let items = &mut items[cluster.range];
                 let is_beyond = items[0].bounds.nearness == 0.0;
-                let groups = if is_beyond || depth >= BALANCED {
-                    even_groups(items.len())
+                let clusters = if is_beyond || depth >= BALANCED {
+                    even_clusters(items.len())
                 } else {
-                    groups_of(items, Vec::new(), 0)
+                    clusters_of(items, Vec::new(), 0)
                 };
-                self.add_node(items, groups, Place { slot, node }, depth + 1);
+                self.add_node(items, clusters, TreePlace { slot, node }, depth + 1);
             }
         }
     }
@@ -155,58 +161,59 @@ impl Slots {
     }
 }
 
-/// The groups of the root, whose first items are lights at infinity: each of them, or all together if there are many.
-fn groups(items: &mut [Item], beyond: usize) -> Vec<Group> {
-    let whole = |range| Group { range, cost: 0.0 };
+/// The clusters of the root, whose first items are lights at infinity: each of them, or all together if there are many.
+fn clusters(items: &mut [Item], beyond: usize) -> Vec<Cluster> {
+    let whole = |range| Cluster { range, cost: 0.0 };
     let first = if beyond < WIDTH / 2 || items.len() <= WIDTH {
         (0..beyond).map(|i| whole(i..i + 1)).collect()
     } else {
         vec![whole(0..beyond)]
     };
-    groups_of(items, first, beyond)
+    clusters_of(items, first, beyond)
 }
 
 /// Groups of about equal numbers.
-fn even_groups(count: usize) -> Vec<Group> {
+fn even_clusters(count: usize) -> Vec<Cluster> {
     let parts = count.min(WIDTH);
     let start = |part: usize| part * count / parts;
-    let group = |part| Group {
+    let cluster = |part| Cluster {
         range: start(part)..start(part + 1),
         cost: 0.0,
     };
-    (0..parts).map(group).collect()
+    (0..parts).map(cluster).collect()
 }
 
-/// Splits the items from `first` on into groups, up to sixteen with those that there are already.
-fn groups_of(items: &mut [Item], mut groups: Vec<Group>, first: usize) -> Vec<Group> {
+/// Splits the items from `first` on into clusters, up to sixteen with those that there are already.
+fn clusters_of(items: &mut [Item], mut clusters: Vec<Cluster>, first: usize) -> Vec<Cluster> {
     if first < items.len() {
         let range = first..items.len();
         let cost = Extent::of(&items[range.clone()]).cost();
-        groups.push(Group { range, cost });
+        clusters.push(Cluster { range, cost });
     }
-    while groups.len() < WIDTH {
-        let can_split = |group: &&mut Group| group.range.len() > 1 && group.range.start >= first;
-        let costliest = groups.iter_mut().filter(can_split);
-        let order = |a: &&mut Group, b: &&mut Group| {
+    while clusters.len() < WIDTH {
+        let can_split =
+            |cluster: &&mut Cluster| cluster.range.len() > 1 && cluster.range.start >= first;
+        let costliest = clusters.iter_mut().filter(can_split);
+        let order = |a: &&mut Cluster, b: &&mut Cluster| {
             let by_cost = a.cost.total_cmp(&b.cost);
             by_cost.then(a.range.len().cmp(&b.range.len()))
         };
-        let Some(group) = costliest.max_by(order) else {
+        let Some(cluster) = costliest.max_by(order) else {
             break;
         };
-        let range = group.range.clone();
+        let range = cluster.range.clone();
         let [(middle, left), (_, right)] = split(&mut items[range.clone()]);
         let middle = range.start + middle;
-        *group = Group {
+        *cluster = Cluster {
             range: range.start..middle,
             cost: left.cost(),
         };
-        groups.push(Group {
+        clusters.push(Cluster {
             range: middle..range.end,
             cost: right.cost(),
         });
     }
-    groups
+    clusters
 }
 
 /// Splits at least two items in two; returns the numbers and the extents of both halves.

@@ -101,12 +101,12 @@ struct FilterTile {
     corner: [usize; 2],
     size: [usize; 2],
     /// The sums for each strictness.
-    sums: Vec<Sums>,
+    sums: Vec<PatchSums>,
 }
 
 /// Weighted sums of differences to the own value and of weights; in the end means, and the weight of the own value.
 #[derive(Clone)]
-struct Sums {
+struct PatchSums {
     values: [[Vec<f32>; 3]; 2],
     weights: [Vec<f32>; 2],
 }
@@ -162,7 +162,7 @@ impl FilterTile {
         };
         let count = size[0] * size[1];
         let zeros = || vec![0.0; count];
-        let none = Sums {
+        let none = PatchSums {
             values: [0, 1].map(|_| [0, 1, 2].map(|_| zeros())),
             weights: [zeros(), zeros()],
         };
@@ -231,7 +231,7 @@ impl Source {
         rows: std::ops::Range<usize>,
         comparison: &Comparison,
         scratch: &mut Scratch,
-        sums: &mut [Sums],
+        sums: &mut [PatchSums],
     ) {
         let width = self.size[0];
         let side = 2 * comparison.patch + 1;
@@ -272,7 +272,7 @@ impl Source {
 
     /// Computes means from weighted sums of differences to the own value, a form that leaves constant regions
     /// unchanged. The own weight is 1.
-    fn normalise(&self, sums: &mut Sums) {
+    fn normalise(&self, sums: &mut PatchSums) {
         let width = self.size[0];
         for half in [0, 1] {
             for weight in &mut sums.weights[half] {

@@ -44,20 +44,20 @@ pub struct Allocation {
     /// The share of each pixel in the samples.
     shares: Vec<f64>,
     /// The pixels of each colour.
-    colours: [Group; 2],
+    colours: [PixelGroup; 2],
     /// All pixels.
-    everyone: Group,
+    everyone: PixelGroup,
 }
 
 /// Pixels that share a mean.
 #[derive(Debug, Clone)]
-struct Group {
+struct PixelGroup {
     pixels: Vec<usize>,
     /// The sum of the largest shares, from one of them to all.
     largest: Vec<f64>,
 }
 
-impl Group {
+impl PixelGroup {
     fn new(pixels: Vec<usize>, shares: &[f64]) -> Self {
         let mut largest: Vec<f64> = pixels.iter().map(|&index| shares[index]).collect();
         largest.sort_unstable_by(|a, b| b.total_cmp(a));
@@ -118,8 +118,8 @@ impl Allocation {
         Self {
             pilot,
             variances,
-            colours: colours.map(|pixels| Group::new(pixels, &shares)),
-            everyone: Group::new((0..shares.len()).collect(), &shares),
+            colours: colours.map(|pixels| PixelGroup::new(pixels, &shares)),
+            everyone: PixelGroup::new((0..shares.len()).collect(), &shares),
             shares,
         }
     }

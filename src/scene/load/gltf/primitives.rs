@@ -34,7 +34,7 @@ type Known = (usize, Option<ColourDescription>, bool);
 type Part<'a> = (String, gltf::Material<'a>, Textures, PrimitiveMesh);
 
 /// A material with its textures, and whether it is that of a sheet.
-struct Look<'a> {
+struct PrimitiveMaterial<'a> {
     material: &'a gltf::Material<'a>,
     textures: &'a Textures,
     is_thin: bool,
@@ -97,13 +97,13 @@ impl<'a> Primitives<'a> {
                     format!("{name} has no texture coordinates: its textures are not placed");
                 contents.note(of_file(self.asset.path, NoteKind::Approximation, text));
             }
-            let look = Look {
+            let primitive = PrimitiveMaterial {
                 material: &material,
                 textures: &textures,
                 is_thin: is_open && is_thin(&material),
             };
             let (mesh, (material, emission, two_sided_emission)) =
-                self.surface(&look, &read, &field, contents)?;
+                self.surface(&primitive, &read, &field, contents)?;
             contents.shapes.push(ShapeDescription {
                 material,
                 emission,
@@ -142,7 +142,7 @@ impl<'a> Primitives<'a> {
     /// Returns the mesh and the material of a primitive.
     fn surface(
         &mut self,
-        look: &Look<'_>,
+        primitive: &PrimitiveMaterial<'_>,
         read: &PrimitiveMesh,
         field: &str,
         contents: &mut Contents,
@@ -150,8 +150,8 @@ impl<'a> Primitives<'a> {
         let (factor, alpha) = match &read.colours {
             VertexColours::Same(colour, alpha) => (*colour, *alpha),
             VertexColours::Varying(colours, mean, alpha) => {
-                if look.textures.is_empty() {
-                    return self.coloured(look, (read, colours, *alpha), field, contents);
+                if primitive.textures.is_empty() {
+                    return self.coloured(primitive, (read, colours, *alpha), field, contents);
                 }
                 let text =
                     format!("{field}: colours of vertices multiply a texture: their mean is used");
@@ -161,7 +161,7 @@ impl<'a> Primitives<'a> {
         };
         let [r, g, b] = factor.to_array();
         let channels = [r, g, b, alpha].map(f32::to_bits);
-        let key = (look.material.index(), channels, look.is_thin);
+        let key = (primitive.material.index(), channels, primitive.is_thin);
         if let Some(known) = self.known.get(&key) {
             return Ok((Arc::clone(&read.mesh), known.clone()));
         }
@@ -170,7 +170,7 @@ impl<'a> Primitives<'a> {
             alpha,
             texture: None,
         };
-        let surface = self.read(look, &vertices, contents)?;
+        let surface = self.read(primitive, &vertices, contents)?;
         let known = added(surface, contents);
         self.known.insert(key, known.clone());
         Ok((Arc::clone(&read.mesh), known))
@@ -179,16 +179,16 @@ impl<'a> Primitives<'a> {
     /// Returns a mesh and a material with a texture of the vertices' colours.
     fn coloured(
         &mut self,
-        look: &Look<'_>,
+        primitive: &PrimitiveMaterial<'_>,
         (read, colours, alpha): (&PrimitiveMesh, &[Rgb], f32),
         field: &str,
         contents: &mut Contents,
     ) -> Result<(Arc<MeshDescription>, Known)> {
-        if alpha < 1.0 && look.material.alpha_mode() != AlphaMode::Opaque {
+        if alpha < 1.0 && primitive.material.alpha_mode() != AlphaMode::Opaque {
             let text = format!("{field}: the mean of the alpha of vertices is used");
             contents.note(of_file(self.asset.path, NoteKind::Approximation, text));
         }
-        let [r, g, b, _] = base_color_factor(look.material);
+        let [r, g, b, _] = base_color_factor(primitive.material);
         let factor = Rgb::new(r, g, b).map(|x| x.clamp(0.0, 1.0));
         let colours: Vec<Rgb> = colours.iter().map(|&colour| factor * colour).collect();
         self.meshes.take(
@@ -203,13 +203,13 @@ impl<'a> Primitives<'a> {
             alpha,
             texture: Some(texture),
         };
-        let surface = self.read(look, &vertices, contents)?;
+        let surface = self.read(primitive, &vertices, contents)?;
         Ok((Arc::new(mesh), added(surface, contents)))
     }
 
     fn read(
         &mut self,
-        look: &Look<'_>,
+        primitive: &PrimitiveMaterial<'_>,
         vertices: &VertexColour,
         contents: &mut Contents,
     ) -> Result<Surface> {
@@ -217,9 +217,9 @@ impl<'a> Primitives<'a> {
         let mut reader = MaterialReader {
             asset: self.asset,
             images: &mut self.images,
-            material: look.material,
-            textures: look.textures,
-            is_thin: look.is_thin,
+            material: primitive.material,
+            textures: primitive.textures,
+            is_thin: primitive.is_thin,
             notes: &mut notes,
         };
         let surface = reader.surface(vertices)?;

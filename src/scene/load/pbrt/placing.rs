@@ -10,7 +10,7 @@ use super::light::AreaLight;
 use super::material::Made;
 use super::mesh::Finish;
 use super::params::Parameters;
-use super::shape::Look;
+use super::shape::ShapeAppearance;
 use super::textured::{Mapping, Textured};
 use crate::error::Result;
 use crate::math::functions::cbrt;
@@ -48,7 +48,7 @@ impl Builder {
         let textured = emits_texture || uses_uv(material_of_shape);
         let has_sides = material_of_shape.transmits()
             || light.as_ref().is_some_and(|light| !light.is_two_sided);
-        let look = Look {
+        let appearance = ShapeAppearance {
             finish: Finish {
                 reverse: self.state.reverse,
                 textured: textured.then_some(mapping),
@@ -57,7 +57,7 @@ impl Builder {
         };
         let made = self
             .library
-            .make_shape(class, params, look, &mut self.round_meshes)?;
+            .make_shape(class, params, appearance, &mut self.round_meshes)?;
         self.library.note_unused(params);
         let Some((geometry, before)) = made else {
             return Ok(());

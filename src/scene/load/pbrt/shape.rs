@@ -36,7 +36,7 @@ pub type RoundMeshes = HashMap<String, Arc<MeshDescription>>;
 
 /// Properties that a shape's geometry depends on besides its parameters.
 #[derive(Debug, Clone, Copy)]
-pub struct Look {
+pub struct ShapeAppearance {
     pub finish: Finish,
     /// Whether the two sides of the shape differ: it emits to one side, or refracts.
     pub has_sides: bool,
@@ -51,19 +51,19 @@ impl Library {
         &mut self,
         class: &str,
         params: &Parameters,
-        look: Look,
+        appearance: ShapeAppearance,
         meshes: &mut RoundMeshes,
     ) -> Result<Option<Outline>> {
         match class {
-            "sphere" => self.sphere(params, look, meshes).map(Some),
-            "disk" => self.disk(params, look, meshes).map(Some),
-            "cylinder" => self.cylinder(params, look, meshes).map(Some),
+            "sphere" => self.sphere(params, appearance, meshes).map(Some),
+            "disk" => self.disk(params, appearance, meshes).map(Some),
+            "cylinder" => self.cylinder(params, appearance, meshes).map(Some),
             "trianglemesh" => {
                 let mesh = triangle_mesh(params)?;
-                Ok(Some(finished(mesh, look.finish)))
+                Ok(Some(finished(mesh, appearance.finish)))
             }
-            "plymesh" => self.ply_mesh(params, look).map(Some),
-            "bilinearmesh" => self.bilinear_mesh(params, look).map(Some),
+            "plymesh" => self.ply_mesh(params, appearance).map(Some),
+            "bilinearmesh" => self.bilinear_mesh(params, appearance).map(Some),
             "loopsubdiv" => {
                 params.has("levels");
                 params.has("scheme");
@@ -72,7 +72,7 @@ impl Library {
                     "a subdivision surface became its control mesh",
                 );
                 let mesh = triangle_mesh(params)?;
-                Ok(Some(finished(mesh, look.finish)))
+                Ok(Some(finished(mesh, appearance.finish)))
             }
             "curve" => {
                 self.omitted(&params.place, "a curve was left out");
@@ -85,7 +85,7 @@ impl Library {
     fn sphere(
         &mut self,
         params: &Parameters,
-        look: Look,
+        appearance: ShapeAppearance,
         meshes: &mut RoundMeshes,
     ) -> Result<Outline> {
         let radius = length(params, "radius", 1.0)?;
@@ -99,14 +99,14 @@ impl Library {
             ));
         }
         let is_whole = from <= -radius && to >= radius && angle >= 360.0;
-        let keeps_mapping = look
+        let keeps_mapping = appearance
             .finish
             .textured
             .is_none_or(|mapping| mapping == Default::default());
-        let is_turned = look.finish.reverse && look.has_sides;
+        let is_turned = appearance.finish.reverse && appearance.has_sides;
         if is_whole && keeps_mapping && !is_turned {
             // Texture coordinates go around our y axis, and around pbrt's z axis.
-            let axes = match look.finish.textured {
+            let axes = match appearance.finish.textured {
                 Some(_) => DAffine3::from_cols(DVec3::X, DVec3::Z, DVec3::Y, DVec3::ZERO),
                 None => DAffine3::IDENTITY,
             };
@@ -120,7 +120,7 @@ impl Library {
             to: to / radius,
         };
         Ok((
-            cut(part, angle, look.finish, meshes),
+            cut(part, angle, appearance.finish, meshes),
             DAffine3::from_scale(DVec3::splat(radius)),
         ))
     }
@@ -128,7 +128,7 @@ impl Library {
     fn disk(
         &mut self,
         params: &Parameters,
-        look: Look,
+        appearance: ShapeAppearance,
         meshes: &mut RoundMeshes,
     ) -> Result<Outline> {
         let radius = length(params, "radius", 1.0)?;
@@ -141,8 +141,8 @@ impl Library {
         )?;
         let angle = angle(params)?;
         let center = height * DVec3::Z;
-        if inner == 0.0 && angle >= 360.0 && look.finish.textured.is_none() {
-            let normal = if look.finish.reverse {
+        if inner == 0.0 && angle >= 360.0 && appearance.finish.textured.is_none() {
+            let normal = if appearance.finish.reverse {
                 -DVec3::Z
             } else {
                 DVec3::Z
@@ -163,13 +163,13 @@ impl Library {
         };
         let placed =
             DAffine3::from_translation(center) * DAffine3::from_scale(DVec3::splat(radius));
-        Ok((cut(part, angle, look.finish, meshes), placed))
+        Ok((cut(part, angle, appearance.finish, meshes), placed))
     }
 
     fn cylinder(
         &mut self,
         params: &Parameters,
-        look: Look,
+        appearance: ShapeAppearance,
         meshes: &mut RoundMeshes,
     ) -> Result<Outline> {
         let radius = length(params, "radius", 1.0)?;
@@ -184,12 +184,16 @@ impl Library {
         let size = DVec3::new(radius, radius, to - from);
         let placed = DAffine3::from_translation(from * DVec3::Z) * DAffine3::from_scale(size);
         Ok((
-            cut(Round::Cylinder, angle(params)?, look.finish, meshes),
+            cut(Round::Cylinder, angle(params)?, appearance.finish, meshes),
             placed,
         ))
     }
 
-    fn bilinear_mesh(&mut self, params: &Parameters, look: Look) -> Result<Outline> {
+    fn bilinear_mesh(
+        &mut self,
+        params: &Parameters,
+        appearance: ShapeAppearance,
+    ) -> Result<Outline> {
         let corners = vertices(params)?;
         let count = corners.positions.len();
         let mut indices = params.indices("indices", count)?;
@@ -207,10 +211,10 @@ impl Library {
                 "bilinear patches that are not flat were cut into triangles",
             );
         }
-        Ok(finished(mesh, look.finish))
+        Ok(finished(mesh, appearance.finish))
     }
 
-    fn ply_mesh(&mut self, params: &Parameters, look: Look) -> Result<Outline> {
+    fn ply_mesh(&mut self, params: &Parameters, appearance: ShapeAppearance) -> Result<Outline> {
         let Some(file) = params.text("filename")? else {
             return Err(params.error("expected a parameter `string filename`"));
         };
@@ -227,7 +231,7 @@ impl Library {
             false => ply::read_mesh(&path),
         };
         let model = model.map_err(|error| self.about(params, "filename", &error))?;
-        Ok(finished(model.mesh, look.finish))
+        Ok(finished(model.mesh, appearance.finish))
     }
 }
 

@@ -78,8 +78,9 @@ struct Bench<'a> {
     report: BenchReport,
 }
 
-/// Edge of a tile in pixels. An observed tile takes memory for a wavefront of its own, which would count in smaller ones.
-const TILE_SIZE: u32 = 32;
+/// Edge of a tile in pixels. The rays of a recording are to come from the whole image, so that tiles are small, although an
+/// observed tile takes memory for a wavefront of its own, which counts as camera rays.
+const TILE_SIZE: u32 = 8;
 
 /// The settings of a render all of whose rays an observer sees: each path is of one sample and begins at the camera, and no
 /// pilot chooses what the recorded render does not have.
@@ -350,4 +351,18 @@ fn primitives(scene: &Scene) -> usize {
     let (roots, groups) = (scene.world.geometries(), scene.world.groups());
     let all = roots.iter().chain(groups.iter().flatten());
     all.map(|geometry| geometry.primitive_count()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::subject::SAMPLES_AT_ONCE;
+    use super::*;
+
+    /// Of few tiles, the rays would be those of one part of the image, such as the sky.
+    #[test]
+    fn rays_of_a_short_recording_come_from_many_tiles() {
+        let of_tile = SAMPLES_AT_ONCE * u64::from(TILE_SIZE).pow(2);
+        let tiles = 65_536 / of_tile;
+        assert!(tiles >= 50, "{tiles}");
+    }
 }

@@ -51,18 +51,21 @@ struct Report {
     seconds: f64,
 }
 
-/// Merges according to the arguments.
-pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
-    let start = Instant::now();
+/// Checks that the outputs can be written, and the filter's parameters.
+fn check(arguments: &MergeArguments) -> Result<()> {
     for output in &arguments.out {
         match is_state(output) {
             true => check_creatable(output)?,
             false => image::check_writable(output)?,
         }
     }
-    if let Some(filter) = arguments.denoise {
-        filter.check()?;
-    }
+    arguments.denoise.map_or(Ok(()), |filter| filter.check())
+}
+
+/// Merges according to the arguments.
+pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
+    let start = Instant::now();
+    check(arguments)?;
     let merge = Merge::of(&arguments.files)?;
     let missing = merge.missing();
     if !missing.is_empty() && !arguments.partial {

@@ -59,11 +59,7 @@ fn clear_coat(fields: Fields<'_>, material: &MaterialDescription) -> Result<()> 
     let Some(coat) = &material.clear_coat else {
         return Ok(());
     };
-    let has_base = match material.model {
-        MaterialModel::Conductor { .. } => true,
-        MaterialModel::Principled { transmission, .. } => transmission == 0.0,
-        _ => false,
-    };
+    let has_base = material.model.takes_clear_coat();
     let named = |key: &str| fields.named(&format!("clear_coat{key}"));
     let expected = "expected a conductor, or a principled material without transmission";
     require(has_base, || named(""), expected)?;

@@ -173,6 +173,15 @@ pub enum MaterialModel {
 }
 
 impl MaterialModel {
+    /// Whether the model may have a clear coat: metal, and principled surfaces that transmit nothing.
+    pub fn takes_clear_coat(&self) -> bool {
+        match self {
+            Self::Conductor { .. } => true,
+            Self::Principled { transmission, .. } => *transmission == 0.0,
+            _ => false,
+        }
+    }
+
     /// Whether the model transmits light, without a map of its parameters.
     fn transmits(&self) -> bool {
         match self {

@@ -240,14 +240,10 @@ fn of_file(value: &Value<'_>, error: &Error) -> Error {
 
 /// Reads a clear coat over a surface of this model.
 fn clear_coat(value: &Value<'_>, model: &MaterialModel) -> Result<ClearCoatDescription> {
-    match model {
-        MaterialModel::Conductor { .. } => {}
-        MaterialModel::Principled { transmission, .. } if *transmission == 0.0 => {}
-        _ => {
-            return Err(value.error(
-                "only conductors, and principled materials without transmission, have a clear coat",
-            ));
-        }
+    if !model.takes_clear_coat() {
+        return Err(value.error(
+            "only conductors, and principled materials without transmission, have a clear coat",
+        ));
     }
     let table = value
         .table()

@@ -256,8 +256,7 @@ impl MaterialReader<'_> {
                 "has textures of its clear coat, which are left out",
             );
         }
-        let is_opaque =
-            matches!(model, MaterialModel::Principled { transmission, .. } if *transmission == 0.0);
+        let is_opaque = model.takes_clear_coat();
         if !is_opaque {
             self.note(
                 NoteKind::Omission,

@@ -129,9 +129,7 @@ impl Entry {
     /// Returns the clear coat, if there is a base for it.
     fn clear_coat(&self, model: &MaterialModel) -> Option<ClearCoatDescription> {
         let [weight, roughness] = self.coat;
-        let is_opaque =
-            matches!(model, MaterialModel::Principled { transmission, .. } if *transmission == 0.0);
-        (weight > 0.0 && is_opaque).then_some(ClearCoatDescription {
+        (weight > 0.0 && model.takes_clear_coat()).then_some(ClearCoatDescription {
             weight,
             roughness,
             ior: 1.5,

@@ -80,12 +80,7 @@ impl Reader<'_> {
         let ior = self.ior(bsdf, "bk7")?.max(1.0);
         let roughness = self.roughness(bsdf)?;
         bsdf.number("thickness")?;
-        let has_base = match &made.model {
-            MaterialModel::Conductor { .. } => true,
-            MaterialModel::Principled { transmission, .. } => *transmission == 0.0,
-            _ => false,
-        };
-        if has_base {
+        if made.model.takes_clear_coat() {
             let text = "light between the coat and its base is that of our clear coat";
             self.note(bsdf, NoteKind::Approximation, text);
             made.clear_coat = Some(ClearCoatDescription {

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Tries the scripts on a Slurm of one node on this machine: 16 shards, of which one is cancelled and one killed, have the bits
-# of one render, those of an adaptive render too, and rounds go on until an error is reached. Needs Debian's slurm-wlm and munge, and root.
+# of one render, those of an adaptive render too, rounds go on until an error is reached, and a study is merged. Needs Debian's slurm-wlm and munge, and root.
 #
 #   scripts/slurm/try.sh PROGRAM     such as target/release/etendue
 set -eu
@@ -67,3 +67,15 @@ cat "$render/failed" 2>/dev/null && exit 1
 cat "$render/report.json" "$render/done"
 grep -q '"reached": true' "$render/report.json"
 echo "the error was reached after $(ls "$render"/part-*.etd | wc -l) shards"
+
+study=$folder/study
+"$here/study.sh" "$study" 3 "$scene" --size 64x64 --budget 6s
+wait_for ended "$study"
+cat "$study/failed" "$study"/log-*.txt 2>/dev/null || true
+[ -e "$study/done" ]
+rm "$study/part-1.exr"
+"$here/study.sh" "$study"
+wait_for ended "$study"
+[ -e "$study/done" ] && [ -e "$study/part-1.exr" ]
+grep 'An error of 1 %' "$study/study.md"
+echo "a study in three shards is merged, also after one was lost"

@@ -5,7 +5,7 @@
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/study.rs` and below.
 
 use super::MeasurementArguments;
-use super::values::parse_size;
+use super::values::{parse_shard, parse_size};
 use crate::durations::parse_duration;
 use clap::Args;
 use etendue::internals::accel::{Backend, Precision};
@@ -13,6 +13,8 @@ use etendue::internals::effects::Kernel;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::{LightPathRule, PathReuseRule, SamplerKind};
 use etendue::internals::scene::load::unknown_name;
+use etendue::internals::state::Shard;
+use etendue_lab::study::shards::MAX_SHARDS;
 use etendue_lab::study::variant::Choice;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -30,7 +32,7 @@ pub struct StudyArguments {
     /// in which no bias is found, or else to the first.
     #[arg(long, value_name = "SETTING=A,B", num_args = 1.., value_parser = parse_varied)]
     pub vary: Vec<Varied>,
-    /// Total time of the study.
+    /// Total time of the study; with --shards, of each shard.
     #[arg(long, value_name = "DURATION", value_parser = parse_duration, default_value = "5m")]
     pub budget: Duration,
     /// Integrator of the reference renders: path, bdpt or mlt, whichever converges best for the scene.
@@ -45,6 +47,21 @@ pub struct StudyArguments {
     /// Also predict times for this number of threads, by the measured gain from one thread to all of this machine.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub for_threads: Option<u32>,
+    /// Plan a study of N shards for as many machines, and write the plan to the output folder, which they share.
+    ///
+    /// Each shard is then rendered by the command with --shard in place of --shards, and they are merged by the one
+    /// with --merge.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=MAX_SHARDS as i64))]
+    pub shards: Option<u32>,
+    /// Render a shard of the study that is planned in the output folder: K/N, counted from 0.
+    #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with = "shards")]
+    pub shard: Option<Shard>,
+    /// Merge the shards in the output folder to the report.
+    #[arg(long, conflicts_with_all = ["shards", "shard"])]
+    pub merge: bool,
+    /// Merge the shards that are there, although others are missing.
+    #[arg(long, requires = "merge")]
+    pub partial: bool,
     /// Output folder for study.html, study.md, study.json and study.csv; created if missing.
     #[arg(short, long = "out", value_name = "DIR", default_value = "out/study")]
     pub out: PathBuf,

@@ -26,4 +26,6 @@ mod plan;
 mod price;
 mod render;
 mod shards;
+mod shared_cache;
 mod study;
+mod study_shards;

@@ -4,16 +4,23 @@
 //! Range: processor time is available on Unix; elsewhere it is NaN, and no run is detected as disturbed.
 //! Source: clock_gettime(2), through the rustix crate. Tested below.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// The duration of some work.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Seconds {
     /// Wall-clock time.
     pub wall: f64,
-    /// Processor time, summed over all processors.
+    /// Processor time, summed over all processors; NaN, `null` in files, where the system does not tell it.
+    #[serde(deserialize_with = "nan_for_null")]
     pub cpu: f64,
+}
+
+/// Reads a number, or NaN in place of none: JSON has no NaN.
+fn nan_for_null<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let number = Option::<f64>::deserialize(deserializer)?;
+    Ok(number.unwrap_or(f64::NAN))
 }
 
 /// A stopwatch that runs from its creation.

@@ -31,7 +31,7 @@ const WATCHED: [u64; 2] = [8, 256];
 impl Study<'_> {
     /// Measures the sources of variance, the cost of bounces, and that of effects. Each gets a third of the time, or of
     /// the remaining time.
-    pub(super) fn anatomy(
+    pub(super) fn cost_sources(
         &mut self,
         references: &References,
         laws: &[TimeLaw],

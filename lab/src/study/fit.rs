@@ -8,11 +8,11 @@
 use super::bootstrap::{Dealer, REPLICAS, Ranged};
 use super::gram::Estimate;
 use etendue::internals::math::stats::{Moments, normal_quantile, student_quantile_of};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// The law t(N) = start + sample N.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TimeLaw {
     /// Seconds before the first sample.
     pub start: f64,

@@ -6,10 +6,11 @@
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
 use super::bars::reliability;
+use super::compared_renders::ComparedRenders;
 use super::reference::References;
 use super::report::LevelReport;
 use super::run::Study;
-use super::runner::{Purpose, Runner, seed_for};
+use super::runner::{Purpose, seed_for};
 use super::settings::Watch;
 use super::shown_images::{AtTime, EXAMPLES, Shown, TIMES, relative_standard_errors};
 use super::summary::{Summary, summaries};
@@ -27,8 +28,8 @@ const MAX_TIME_RATIO: f64 = 2.0;
 /// Each step returns `None` if the study was cancelled.
 impl Study<'_> {
     /// Tests tiles for bias, with the last level that has all seeds.
-    pub(super) fn tiles(&mut self, references: &References, runner: &Runner<'_>) {
-        for (study, levels) in self.report.variants.iter_mut().zip(&runner.images) {
+    pub(super) fn tiles(&mut self, references: &References, compared: &ComparedRenders<'_>) {
+        for (study, levels) in self.report.variants.iter_mut().zip(&compared.images) {
             let most = levels.iter().map(Vec::len).max().unwrap_or(0);
             let whole = levels.iter().rposition(|images| images.len() == most);
             if let Some(level) = whole.filter(|_| most > 1) {
@@ -65,14 +66,14 @@ impl Study<'_> {
     pub(super) fn show_images(
         &mut self,
         references: &References,
-        runner: &Runner<'_>,
+        compared: &ComparedRenders<'_>,
     ) -> Result<()> {
         let found = summaries(&self.report);
         let mut before: Vec<Option<usize>> = Vec::new();
         for seconds in TIMES {
             let levels = self.levels_after(seconds, &found);
             if levels != before {
-                self.show_after(seconds, &levels, &found, references, runner)?;
+                self.show_after(seconds, &levels, &found, references, compared)?;
             }
             before = levels;
         }
@@ -85,7 +86,7 @@ impl Study<'_> {
             };
             let seconds = found.iter().filter_map(longest).fold(0.0, f64::max);
             let levels = self.levels_after(seconds, &found);
-            self.show_after(seconds, &levels, &found, references, runner)?;
+            self.show_after(seconds, &levels, &found, references, compared)?;
         }
         for error in EXAMPLES {
             let off = |level: &LevelReport| {
@@ -102,7 +103,7 @@ impl Study<'_> {
             });
             let best = candidates.min_by(|a, b| a.0.total_cmp(&b.0));
             if let Some((_, pair)) = best.filter(|(off, _)| *off < SIMILAR.ln()) {
-                let shown = self.shown(pair, references, runner)?;
+                let shown = self.shown(pair, references, compared)?;
                 self.report.images.examples.push(shown);
             }
         }
@@ -130,11 +131,11 @@ impl Study<'_> {
         levels: &[Option<usize>],
         found: &[(usize, Summary)],
         references: &References,
-        runner: &Runner<'_>,
+        compared: &ComparedRenders<'_>,
     ) -> Result<()> {
         let pairs = found.iter().zip(levels);
         let pairs = pairs.filter_map(|((index, _), level)| Some((*index, (*level)?)));
-        let shown = pairs.map(|pair| self.shown(pair, references, runner));
+        let shown = pairs.map(|pair| self.shown(pair, references, compared));
         let shown = shown.collect::<Result<Vec<Shown>>>()?;
         if !shown.is_empty() {
             self.report.images.at_times.push(AtTime { seconds, shown });
@@ -155,9 +156,9 @@ impl Study<'_> {
         &self,
         (variant, level): (usize, usize),
         references: &References,
-        runner: &Runner<'_>,
+        compared: &ComparedRenders<'_>,
     ) -> Result<Shown> {
-        let image = &runner.images[variant][level][0];
+        let image = &compared.images[variant][level][0];
         let level = &self.report.variants[variant].levels[level];
         Ok(Shown {
             variant,

@@ -10,13 +10,13 @@
 //! Source: docs/accuracy.md, "The study". Tested below.
 
 use super::fit::TimeLaw;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The largest factor between the pace at the own size and that of as many pixels of a smaller image.
 const MAX_FACTOR: f64 = 2.0;
 
 /// The time at the scene's own size.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OwnTime {
     /// Seconds by samples per pixel.
     pub law: TimeLaw,

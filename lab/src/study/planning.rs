@@ -48,7 +48,7 @@ pub(super) struct Costs {
 impl Costs {
     /// The largest size, at most `size`, with enough doublings in this many seconds, or the smallest allowed one. The costs
     /// are those at `size`.
-    fn fitting_size(&self, size: (u32, u32), seconds: f64) -> (u32, u32) {
+    fn fitting_size(&self, size: (u32, u32), seconds: f64, shards: u64) -> (u32, u32) {
         let pixels = f64::from(size.0) * f64::from(size.1);
         let mut share = 1.0;
         while share * pixels > MIN_PIXELS {
@@ -57,10 +57,10 @@ impl Costs {
                 sample: share * law.sample,
             };
             let laws: Vec<TimeLaw> = self.laws.iter().map(scaled).collect();
-            let schedule = Schedule::fit(&laws, scaled(&self.reference), seconds);
+            let schedule = Schedule::fit(&laws, scaled(&self.reference), seconds, shards);
             let is_enough = schedule.is_ok_and(|schedule| {
                 schedule.least_doublings() >= MIN_DOUBLINGS
-                    && bytes(&schedule, share * pixels) <= MAX_MEMORY
+                    && bytes(&schedule.of_shards(shards), share * pixels) <= MAX_MEMORY
             });
             if is_enough {
                 break;
@@ -79,10 +79,10 @@ impl Study<'_> {
             return Ok(None);
         };
         if self.settings.may_shrink && self.settings.schedule.is_none() {
-            let size = costs.fitting_size(self.prepared.size(), watch.left());
+            let size = costs.fitting_size(self.prepared.size(), watch.left(), self.settings.shards);
             if size != self.prepared.size() {
                 let full = self.prepared.size();
-                self.on_film(size);
+                self.shrink(size);
                 let Some(again) = self.warm_up(watch)? else {
                     return Ok(None);
                 };
@@ -100,11 +100,16 @@ impl Study<'_> {
         Ok(Some((costs, schedule)))
     }
 
-    fn on_film(&mut self, size: (u32, u32)) {
+    fn shrink(&mut self, size: (u32, u32)) {
         let (width, height) = size;
         self.report.warn(format!(
             "the scene's own size would leave fewer than {MIN_DOUBLINGS} doublings of the samples in this time: {width} × {height} pixels were rendered, and times are converted to the scene's own size by a pace between the one measured there and that of as many pixels of this image"
         ));
+        self.on_film(size);
+    }
+
+    /// Changes the size of the image.
+    pub(super) fn on_film(&mut self, size: (u32, u32)) {
         self.prepared = Rc::new(self.prepared.on_film(size));
         self.description.film.size = size;
         self.report.size = size;
@@ -169,7 +174,12 @@ impl Study<'_> {
         let (width, height) = self.prepared.size();
         let schedule = match &self.settings.schedule {
             Some(given) => Ok(given.clone()),
-            None => Schedule::fit(&costs.laws, costs.reference, watch.left()),
+            None => Schedule::fit(
+                &costs.laws,
+                costs.reference,
+                watch.left(),
+                self.settings.shards,
+            ),
         };
         let schedule = schedule.map_err(|enough| {
             let enough = Duration::from_secs_f64((1.1 * enough + watch.elapsed()).ceil());
@@ -180,14 +190,21 @@ impl Study<'_> {
                 enough.as_secs()
             ))
         })?;
-        let bytes = bytes(&schedule, f64::from(width) * f64::from(height));
+        let all = schedule.of_shards(self.settings.shards);
+        let bytes = bytes(&all, f64::from(width) * f64::from(height));
         if bytes > MAX_MEMORY {
             return Err(Error::usage(format!(
                 "{} images of {width} x {height} pixels take {:.1} GB of memory; give a smaller image by --size, or a smaller budget",
-                schedule.renders(),
+                all.renders(),
                 bytes as f64 / 1e9
             )));
         }
+        self.begin_levels(&schedule);
+        Ok(schedule)
+    }
+
+    /// Gives each variant its levels, without renders.
+    pub(super) fn begin_levels(&mut self, schedule: &Schedule) {
         let variants = self.report.variants.iter_mut().zip(&self.settings.variants);
         for ((study, variant), seeds) in variants.zip(&schedule.seeds) {
             let least = variant.settings.least_samples();
@@ -197,7 +214,6 @@ impl Study<'_> {
             };
             study.levels = (0..seeds.len()).map(level).collect();
         }
-        Ok(schedule)
     }
 }
 
@@ -234,18 +250,18 @@ mod tests {
     #[test]
     fn image_size_fits_the_time_budget_within_bounds() {
         let own = (640, 480);
-        assert_eq!(costs(1e-4).fitting_size(own, 10.0), own);
-        let (width, height) = costs(2e-3).fitting_size(own, 10.0);
+        assert_eq!(costs(1e-4).fitting_size(own, 10.0, 1), own);
+        let (width, height) = costs(2e-3).fitting_size(own, 10.0, 1);
         assert!((150..640).contains(&width), "{width}");
         // The proportions stay, to a pixel.
         let expected = f64::from(width) * 480.0 / 640.0;
         assert!((f64::from(height) - expected).abs() <= 1.0, "{height}");
         // The smallest size is kept where the time is too short even for that.
-        let (width, height) = costs(10.0).fitting_size(own, 10.0);
+        let (width, height) = costs(10.0).fitting_size(own, 10.0, 1);
         let pixels = f64::from(width * height);
         assert!((pixels / MIN_PIXELS - 1.0).abs() < 0.02, "{pixels}");
-        assert_eq!(costs(1.0).fitting_size(own, -1.0), (width, height));
+        assert_eq!(costs(1.0).fitting_size(own, -1.0, 1), (width, height));
         // An image of few pixels keeps its size, however short the time.
-        assert_eq!(costs(10.0).fitting_size((16, 16), 0.1), (16, 16));
+        assert_eq!(costs(10.0).fitting_size((16, 16), 0.1, 1), (16, 16));
     }
 }

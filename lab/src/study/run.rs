@@ -6,17 +6,17 @@
 //! usage error that states a sufficient budget. A cancelled study reports its results so far.
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
+use super::compared_renders::ComparedRenders;
 use super::fit::TimeLaw;
-use super::prepared_scene::{PreparedScene, Shot};
+use super::prepared_scene::PreparedScene;
 use super::reference::References;
-use super::report::{ReferenceReport, StudyReport, VariantStudy};
-use super::runner::{Ended, Purpose, Runner, luminance, seed_for};
+use super::report::{StudyReport, VariantStudy};
+use super::runner::{Purpose, Runner, seed_for};
 use super::schedule::{ANATOMY, Schedule};
 use super::settings::{StudyObserver, StudySettings, Watch};
 use super::variant::Variant;
-use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::Result;
 use etendue::internals::scene::description::SceneDescription;
-use etendue::{Error, Result};
 use std::rc::Rc;
 use std::time::Instant;
 
@@ -33,6 +33,21 @@ pub fn run(
     observer: &dyn StudyObserver,
 ) -> Result<StudyReport> {
     let mut watch = Watch::new(start, observer, settings);
+    let (prepared, settings) = settled(description, settings, &mut watch)?;
+    let mut study = Study::new(description, full_size, &settings, prepared);
+    let finished = study.all(&mut watch)?;
+    Ok(study.ended(finished, &watch))
+}
+
+/// Prepares the scene for all variants, and replaces all that pilots choose in their settings.
+///
+/// # Errors
+/// A scene that is not valid, or a pilot that fails.
+pub(super) fn settled(
+    description: &SceneDescription,
+    settings: &StudySettings,
+    watch: &mut Watch<'_>,
+) -> Result<(PreparedScene, StudySettings)> {
     watch.begin("preparing the scene");
     let options = settings.variants.iter().map(|variant| variant.options);
     let prepared = PreparedScene::new(description, [settings.options].into_iter().chain(options))?;
@@ -41,20 +56,9 @@ pub fn run(
         let Variant {
             settings, options, ..
         } = variant;
-        *settings = prepared.settle(settings, *options, &watch)?.settings;
+        *settings = prepared.settle(settings, *options, watch)?.settings;
     }
-    let settings = &settings;
-    let mut study = Study {
-        description: description.clone(),
-        settings,
-        report: blank(description, full_size, settings, &prepared),
-        prepared: Rc::new(prepared),
-    };
-    let finished = study.all(&mut watch)?;
-    study.report.complete = finished.is_some();
-    study.report.seconds = watch.elapsed();
-    watch.report(&study.report);
-    Ok(study.report)
+    Ok((prepared, settings))
 }
 
 /// An empty report.
@@ -112,7 +116,29 @@ pub(super) struct Study<'a> {
     pub(super) report: StudyReport,
 }
 
-impl Study<'_> {
+impl<'a> Study<'a> {
+    /// A study of a prepared scene, with an empty report.
+    pub(super) fn new(
+        description: &SceneDescription,
+        full_size: (u32, u32),
+        settings: &'a StudySettings,
+        prepared: PreparedScene,
+    ) -> Self {
+        Self {
+            description: description.clone(),
+            settings,
+            report: blank(description, full_size, settings, &prepared),
+            prepared: Rc::new(prepared),
+        }
+    }
+
+    /// The report of a study that has ended, `None` as its outcome if it was cancelled.
+    pub(super) fn ended(mut self, outcome: Option<()>, watch: &Watch<'_>) -> StudyReport {
+        self.report.complete = outcome.is_some();
+        self.publish(watch);
+        self.report
+    }
+
     fn all(&mut self, watch: &mut Watch<'_>) -> Result<Option<()>> {
         watch.begin("measuring the cost of renders");
         let Some((costs, schedule)) = self.plan(watch)? else {
@@ -123,89 +149,62 @@ impl Study<'_> {
             return Ok(None);
         }
         watch.begin("rendering two references");
-        let Some(references) = self.references(schedule.reference_spp, watch)? else {
+        let Some(renders) = self.reference_renders(schedule.reference_spp, 0, watch)? else {
             return Ok(None);
         };
+        let references = self.references(&[renders])?;
         self.publish(watch);
         let reserve = self.reserve(&laws, &schedule);
         self.report.schedule = Some(schedule.clone());
         watch.begin("rendering all levels in turn");
         let (settings, prepared) = (self.settings, Rc::clone(&self.prepared));
-        let mut runner = Runner::new(settings, &prepared, watch, &references, &laws, &schedule);
-        let order = seed_for(settings.seed, Purpose::Order, [0; 3]);
+        let mut runner = Runner::new(settings, &prepared, watch, &schedule, 0);
+        let mut compared = ComparedRenders::new(&references, &schedule);
         let mut left_out = 0;
-        for tasks in schedule.blocks(order) {
-            match runner.block(&tasks, reserve, &mut self.report)? {
-                Ended::Whole => {}
-                Ended::OutOfTime(count) => left_out += count,
-                Ended::Cancelled => return Ok(None),
+        for tasks in schedule.blocks(order(settings)) {
+            for task in tasks {
+                if runner.is_late(task, &laws, reserve) {
+                    left_out += 1;
+                    continue;
+                }
+                let Some(render) = runner.render(task, reserve)? else {
+                    return Ok(None);
+                };
+                compared.take(render, &mut self.report);
             }
-            self.report.seconds = watch.elapsed();
-            watch.report(&self.report);
+            self.publish(watch);
         }
         if left_out > 0 {
             self.report.warn(format!(
                 "{left_out} renders were left out: the machine was slower than predicted by the warm-up"
             ));
         }
-        self.tiles(&references, &runner);
-        self.show_images(&references, &runner)?;
-        drop(runner);
+        self.after_levels(compared, &references, &laws, watch)
+    }
+
+    /// Everything after the renders of all levels: tiles, images, error bars, and the sources of time and variance.
+    pub(super) fn after_levels(
+        &mut self,
+        compared: ComparedRenders<'_>,
+        references: &References,
+        laws: &[TimeLaw],
+        watch: &mut Watch<'_>,
+    ) -> Result<Option<()>> {
+        self.tiles(references, &compared);
+        self.show_images(references, &compared)?;
+        drop(compared);
         watch.begin("error bars");
-        if self.bars(&references, watch)?.is_none() {
+        if self.bars(references, watch)?.is_none() {
             return Ok(None);
         }
         self.publish(watch);
         watch.begin("breakdown of time and variance");
-        self.anatomy(&references, &laws, watch)
+        self.cost_sources(references, laws, watch)
     }
 
     pub(super) fn publish(&mut self, watch: &Watch<'_>) {
         self.report.seconds = watch.elapsed();
         watch.report(&self.report);
-    }
-
-    /// The variant that renders the references, with Sobol' points where the integrator supports them.
-    pub(super) fn reference_variant(&self) -> Variant {
-        let settings = RenderSettings {
-            integrator: self.settings.reference,
-            sampler: SamplerKind::Sobol,
-            occlusion_distance: None,
-            threads: self.settings.options.threads,
-            ..RenderSettings::new(self.prepared.size(), 1)
-        };
-        Variant::new(settings, self.settings.options)
-    }
-
-    fn references(&mut self, spp: u64, watch: &Watch<'_>) -> Result<Option<References>> {
-        let variant = self.reference_variant();
-        let spp = spp * variant.settings.least_samples();
-        let mut shots: Vec<(u64, Shot)> = Vec::new();
-        for index in 0..2 {
-            let seed = seed_for(self.settings.seed, Purpose::Reference, [index, 0, 0]);
-            let settings = self.prepared.settings(&variant, spp, seed);
-            let Some(shot) = self.prepared.render(&variant, &settings, watch)? else {
-                return Ok(None);
-            };
-            shots.push((seed, shot));
-        }
-        let [one, two] = [0, 1].map(|index| shots[index].1.film.develop());
-        let luminances = [luminance(&one), luminance(&two)];
-        let references = References::new(one, two).ok_or_else(|| {
-            Error::render("the references are black: relative errors are undefined")
-        })?;
-        self.report.images.reference = Some(references.mean().clone());
-        self.report.reference = Some(ReferenceReport {
-            integrator: variant.settings.integrator.name(),
-            sampler: variant.settings.sampler.name(),
-            spp,
-            seconds: [0, 1].map(|index| shots[index].1.seconds),
-            seeds: [0, 1].map(|index| shots[index].0),
-            luminances,
-            luminance_error: references.luminance_error(),
-            noise: references.noise(),
-        });
-        Ok(Some(references))
     }
 
     /// Seconds that are reserved for the steps after the levels: renders with error bars of a quarter of the samples of
@@ -215,4 +214,9 @@ impl Study<'_> {
         let longest: f64 = laws.iter().zip(&schedule.seeds).map(longest).sum();
         ANATOMY * self.settings.budget + 0.2 * longest
     }
+}
+
+/// The seed of the order of renders.
+pub(super) fn order(settings: &StudySettings) -> u64 {
+    seed_for(settings.seed, Purpose::Order, [0; 3])
 }

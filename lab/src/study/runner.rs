@@ -1,17 +1,16 @@
-//! Renders all variants, levels and seeds in turn, and compares each render with the references as soon as it is done.
+//! Renders the levels of all variants, one by one, with the time of each.
 //!
 //! A render whose ratio of wall-clock to processor time is more than 5 % off the usual one of its level shared its
 //! processors with other processes. It is repeated once, with the same seed and hence the same image: only its time is
 //! measured again.
 //!
-//! Measure: seconds, relMSE.
-//! Range: ends early if the budget runs out or the observer cancels.
+//! Measure: seconds.
+//! Range: a render is given up if the observer cancels it.
 //! Source: docs/accuracy.md, "The study". Tested in `lab/tests/reports/study.rs`.
 
+use super::clock::Seconds;
 use super::fit::TimeLaw;
-use super::prepared_scene::{PreparedScene, Shot};
-use super::reference::References;
-use super::report::{RunReport, StudyReport};
+use super::prepared_scene::PreparedScene;
 use super::schedule::{Schedule, Task};
 use super::settings::{StudySettings, Watch};
 use etendue::Result;
@@ -55,145 +54,103 @@ pub fn seed_for(study: u64, purpose: Purpose, index: [u64; 3]) -> u64 {
     values.into_iter().fold(study, combine)
 }
 
+/// A render of a level.
+#[derive(Debug, Clone)]
+pub struct LevelRender {
+    /// The level and the index of its seed.
+    pub task: Task,
+    /// Its seed.
+    pub seed: u64,
+    /// Its image.
+    pub image: Image,
+    /// Its error as the render estimates it: of the longest level, unless it is in doubt.
+    pub look: Option<Look>,
+    /// Its duration; for a repeated render, that of the second run.
+    pub seconds: Seconds,
+    /// Whether it was repeated.
+    pub repeated: bool,
+    /// Whether its time is that of a disturbed render.
+    pub disturbed: bool,
+    /// Number of samples that were not finite.
+    pub rejected: u64,
+}
+
 /// Renders the tasks of a schedule.
 pub struct Runner<'a> {
     settings: &'a StudySettings,
     prepared: &'a PreparedScene,
     watch: &'a Watch<'a>,
-    references: &'a References,
-    laws: &'a [TimeLaw],
-    /// All images, by variant and level.
-    pub images: Vec<Vec<Vec<Image>>>,
-    /// Number of renders so far.
-    done: usize,
-}
-
-/// The outcome of a block of renders.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
-    /// All renders are done.
-    Whole,
-    /// This many renders were left out for lack of time.
-    OutOfTime(usize),
-    /// The observer cancelled it.
-    Cancelled,
+    /// The shard of the study, from 0.
+    shard: u64,
+    /// The times of all renders, by variant and level.
+    times: Vec<Vec<Vec<Seconds>>>,
 }
 
 impl<'a> Runner<'a> {
-    /// A runner for the levels of a schedule.
+    /// A runner for the levels of a schedule in one shard of a study.
     pub fn new(
         settings: &'a StudySettings,
         prepared: &'a PreparedScene,
         watch: &'a Watch<'a>,
-        references: &'a References,
-        laws: &'a [TimeLaw],
         schedule: &Schedule,
+        shard: u64,
     ) -> Self {
         let levels = |seeds: &Vec<u64>| vec![Vec::new(); seeds.len()];
         Self {
             settings,
             prepared,
             watch,
-            references,
-            laws,
-            images: schedule.seeds.iter().map(levels).collect(),
-            done: 0,
+            shard,
+            times: schedule.seeds.iter().map(levels).collect(),
         }
     }
 
-    /// Renders a block; leaves out tasks that would leave less than `reserve` seconds.
+    /// Whether a task would leave less than `reserve` seconds, if it takes as long as a law says.
+    pub fn is_late(&self, task: Task, laws: &[TimeLaw], reserve: f64) -> bool {
+        let expected = laws[task.variant].at(f64::from(task.level).exp2());
+        self.watch.left() < expected + reserve
+    }
+
+    /// Renders a task; `None` if it was cancelled. A disturbed render is not repeated if that would leave less than
+    /// `reserve` seconds.
     ///
     /// # Errors
     /// As a render.
-    pub fn block(
-        &mut self,
-        tasks: &[Task],
-        reserve: f64,
-        report: &mut StudyReport,
-    ) -> Result<Ended> {
-        let mut left_out = 0;
-        for &task in tasks {
-            let expected = self.laws[task.variant].at(f64::from(task.level).exp2());
-            if self.watch.left() < expected + reserve {
-                left_out += 1;
-            } else if !self.task(task, reserve, report)? {
-                return Ok(Ended::Cancelled);
-            }
-        }
-        Ok(match left_out {
-            0 => Ended::Whole,
-            count => Ended::OutOfTime(count),
-        })
-    }
-
-    /// Renders a task; returns `false` if it was cancelled.
-    fn task(&mut self, task: Task, reserve: f64, report: &mut StudyReport) -> Result<bool> {
-        let index = [task.variant as u64, u64::from(task.level), task.seed];
+    pub fn render(&mut self, task: Task, reserve: f64) -> Result<Option<LevelRender>> {
+        let number = task.seed * self.settings.shards + self.shard;
+        let index = [task.variant as u64, u64::from(task.level), number];
         let seed = seed_for(self.settings.seed, Purpose::Level, index);
         let variant = &self.settings.variants[task.variant];
         let spp = variant.settings.least_samples() << task.level;
         let settings = self.prepared.settings(variant, spp, seed);
-        let Some(mut shot) = self.prepared.render(variant, &settings, self.watch)? else {
-            return Ok(false);
-        };
-        let study = &mut report.variants[task.variant];
-        let runs = &study.levels[task.level as usize].runs;
+        let levels = &mut self.times[task.variant];
+        let is_longest = task.level as usize + 1 == levels.len();
+        let times = &mut levels[task.level as usize];
         let mut repeated = false;
-        if is_disturbed(runs, &shot) {
-            if self.watch.left() < shot.seconds.wall + reserve {
-                study.disturbed += 1;
-            } else {
-                let Some(again) = self.prepared.render(variant, &settings, self.watch)? else {
-                    return Ok(false);
-                };
-                repeated = true;
-                study.repeated += 1;
-                study.disturbed += usize::from(is_disturbed(runs, &again));
-                shot = again;
+        let (shot, disturbed) = loop {
+            let Some(shot) = self.prepared.render(variant, &settings, self.watch)? else {
+                return Ok(None);
+            };
+            let disturbed = is_disturbed(times, shot.seconds);
+            let is_last = repeated || self.watch.left() < shot.seconds.wall + reserve;
+            if !disturbed || is_last {
+                break (shot, disturbed);
             }
-        }
-        self.take(task, seed, &shot, repeated, report);
-        Ok(true)
-    }
-
-    /// Compares an image with the references and the earlier images of its level, and adds the results to the report.
-    fn take(
-        &mut self,
-        task: Task,
-        seed: u64,
-        shot: &Shot,
-        repeated: bool,
-        report: &mut StudyReport,
-    ) {
-        let image = shot.film.develop();
-        let references = self.references;
-        let earlier = &mut self.images[task.variant][task.level as usize];
-        let row = earlier.iter().map(|old| references.product(&image, old));
-        let row: Vec<f64> = row.collect();
-        let column = earlier.iter().map(|old| references.product(old, &image));
-        let column: Vec<f64> = column.collect();
-        let [rel_mse, trimmed] = references.rel_mse(&image);
-        let study = &mut report.variants[task.variant];
-        if task.level as usize + 1 == study.levels.len() && study.look.is_none() {
-            let spp = study.levels[task.level as usize].spp;
-            let error = shot.film.error(CONFIDENCE);
-            let error = error.filter(|error| error.doubt.is_none());
-            study.look = error.map(|error| Look::new(spp as f64, &error));
-        }
-        let level = &mut study.levels[task.level as usize];
-        level.gram.push(row, &column, rel_mse);
-        level.runs.push(RunReport {
+            repeated = true;
+        };
+        times.push(shot.seconds);
+        let error = is_longest.then(|| shot.film.error(CONFIDENCE)).flatten();
+        let error = error.filter(|error| error.doubt.is_none());
+        Ok(Some(LevelRender {
+            task,
             seed,
-            order: self.done,
+            image: shot.film.develop(),
+            look: error.map(|error| Look::new(spp as f64, &error)),
             seconds: shot.seconds,
             repeated,
-            rel_mse,
-            trimmed,
-            luminance: luminance(&image),
+            disturbed,
             rejected: shot.rejected,
-        });
-        self.done += 1;
-        earlier.push(image);
+        }))
     }
 }
 
@@ -210,17 +167,14 @@ pub fn luminance(image: &Image) -> f64 {
     channels.map(|(channel, weight)| channel * weight).sum()
 }
 
-/// Whether other processes disturbed a render.
-fn is_disturbed(earlier: &[RunReport], shot: &Shot) -> bool {
-    let mut ratios: Vec<f64> = earlier
-        .iter()
-        .map(|run| run.seconds.wall / run.seconds.cpu)
-        .collect();
+/// Whether other processes disturbed a render, by the times of earlier ones of its level.
+fn is_disturbed(earlier: &[Seconds], seconds: Seconds) -> bool {
+    let ratio = |seconds: &Seconds| seconds.wall / seconds.cpu;
+    let mut ratios: Vec<f64> = earlier.iter().map(ratio).collect();
     if ratios.len() < MIN_RENDERS {
         return false;
     }
     ratios.sort_by(f64::total_cmp);
     let usual = ratios[ratios.len() / 2];
-    let ratio = shot.seconds.wall / shot.seconds.cpu;
-    (ratio / usual - 1.0).abs() > DISTURBED
+    (ratio(&seconds) / usual - 1.0).abs() > DISTURBED
 }

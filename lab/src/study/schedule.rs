@@ -11,7 +11,7 @@
 
 use super::bootstrap::Dealer;
 use super::fit::TimeLaw;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The minimum share of the time for both references.
 const REFERENCES: f64 = 0.27;
@@ -39,7 +39,7 @@ const DOUBLINGS: [u32; 2] = [2, 24];
 const MIN_REFERENCE: u64 = 64;
 
 /// The renders of a study.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
     /// Samples per pixel of each of the two references, in units of the minimum number for their integrator: one for each
     /// batch for `mlt`, else 1.
@@ -50,7 +50,7 @@ pub struct Schedule {
 }
 
 /// One render of a schedule.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Task {
     /// Index of the variant.
     pub variant: usize,
@@ -61,13 +61,20 @@ pub struct Task {
 }
 
 impl Schedule {
-    /// The best schedule for variants of these costs, or the seconds that would be enough for the smallest one.
-    pub fn fit(costs: &[TimeLaw], reference: TimeLaw, seconds: f64) -> Result<Self, f64> {
+    /// The best schedule for variants of these costs, or the seconds that would be enough for the smallest one. The seeds
+    /// are divided among `shards` machines, and the schedule is that of each of them, with this time of its own.
+    pub fn fit(
+        costs: &[TimeLaw],
+        reference: TimeLaw,
+        seconds: f64,
+        shards: u64,
+    ) -> Result<Self, f64> {
         let share = LEVELS * seconds / costs.len() as f64;
-        let seeds: Option<Vec<Vec<u64>>> = costs.iter().map(|&it| levels(it, share)).collect();
+        let of_variant = |&cost: &TimeLaw| levels(cost, share, shards);
+        let seeds: Option<Vec<Vec<u64>>> = costs.iter().map(of_variant).collect();
         let least = reference_spp(reference, REFERENCES * seconds / 2.0);
         let Some(seeds) = seeds.filter(|_| least >= MIN_REFERENCE) else {
-            return Err(enough(costs, reference));
+            return Err(enough(costs, reference, shards));
         };
         let used = costs.iter().zip(&seeds).map(|(&it, seeds)| time(it, seeds));
         let left = LEVELS * seconds - used.sum::<f64>() + REFERENCES * seconds;
@@ -75,6 +82,16 @@ impl Schedule {
             reference_spp: reference_spp(reference, left / 2.0),
             seeds,
         })
+    }
+
+    /// The schedule of this many shards together, each of which has this one.
+    pub fn of_shards(&self, shards: u64) -> Self {
+        let seeds = self.seeds.iter();
+        let all = seeds.map(|levels| levels.iter().map(|count| shards * count).collect());
+        Self {
+            reference_spp: shards * self.reference_spp,
+            seeds: all.collect(),
+        }
     }
 
     /// The least number of doublings of a variant.
@@ -109,23 +126,25 @@ impl Schedule {
 
     /// Number of images that are kept until the end.
     pub fn renders(&self) -> u64 {
-        self.seeds.iter().flatten().sum()
+        let seeds = self.seeds.iter().flatten();
+        seeds.fold(0_u64, |sum, &count| sum.saturating_add(count))
     }
 }
 
 /// The number of seeds of each level of the longest schedule that takes at most `share` seconds, with equal time for all
 /// levels if there is time enough.
-fn levels(cost: TimeLaw, share: f64) -> Option<Vec<u64>> {
+fn levels(cost: TimeLaw, share: f64, shards: u64) -> Option<Vec<u64>> {
     let [least, most] = DOUBLINGS;
-    let of_lists = |k: u32| SEEDS.map(|list| seeds(list, k));
+    let of_lists = |k: u32| SEEDS.map(|list| seeds(list, k, shards));
     let fitting = |k: u32| of_lists(k).into_iter().find(|it| time(cost, it) <= share);
     (least..=most).rev().find_map(fitting)
 }
 
-/// The number of seeds of the levels up to `k` doublings, by a list that begins at the last of them.
-fn seeds(list: &[u64], k: u32) -> Vec<u64> {
+/// The number of seeds of the levels up to `k` doublings in each of several shards, by a list that begins at the last level.
+fn seeds(list: &[u64], k: u32, shards: u64) -> Vec<u64> {
     let all = list.iter().chain(list.last().into_iter().cycle());
-    let mut seeds: Vec<u64> = all.take(k as usize + 1).copied().collect();
+    let of_shard = all.map(|count| count.div_ceil(shards));
+    let mut seeds: Vec<u64> = of_shard.take(k as usize + 1).collect();
     seeds.reverse();
     seeds
 }
@@ -153,9 +172,9 @@ fn reference_spp(cost: TimeLaw, seconds: f64) -> u64 {
 }
 
 /// The seconds that are enough for the smallest schedule.
-fn enough(costs: &[TimeLaw], reference: TimeLaw) -> f64 {
+fn enough(costs: &[TimeLaw], reference: TimeLaw, shards: u64) -> f64 {
     let [_, frugal] = SEEDS;
-    let shortest = seeds(frugal, DOUBLINGS[0]);
+    let shortest = seeds(frugal, DOUBLINGS[0], shards);
     let of_variant = costs.iter().map(|&cost| time(cost, &shortest));
     let levels = costs.len() as f64 * of_variant.fold(0.0, f64::max) / LEVELS;
     let references = 2.0 * reference.at(MIN_REFERENCE as f64) / REFERENCES;
@@ -188,7 +207,7 @@ mod tests {
             vec![law(0.01, 0.3); 6],
         ] {
             for budget in [30.0, 300.0, 3000.0] {
-                let Ok(schedule) = Schedule::fit(&costs, reference, budget) else {
+                let Ok(schedule) = Schedule::fit(&costs, reference, budget, 1) else {
                     assert!(costs.len() == 6 && budget < 100.0);
                     continue;
                 };
@@ -206,7 +225,7 @@ mod tests {
     fn longest_level_takes_the_largest_share_of_time() {
         let cost = law(0.0, 0.02);
         for budget in [60.0, 100.0, 600.0, 1700.0] {
-            let schedule = Schedule::fit(&[cost], cost, budget).expect("enough");
+            let schedule = Schedule::fit(&[cost], cost, budget, 1).expect("enough");
             let seeds = &schedule.seeds[0];
             assert_eq!((seeds[0], seeds[seeds.len() - 1]), (16, 4));
             let share = LEVELS * budget;
@@ -221,15 +240,32 @@ mod tests {
     }
 
     #[test]
+    fn seeds_are_divided_among_shards_for_longer_renders() {
+        let cost = law(0.0, 0.02);
+        let whole = Schedule::fit(&[cost], cost, 100.0, 1).expect("enough");
+        for shards in [2, 4, 5, 16, 100] {
+            let one = Schedule::fit(&[cost], cost, 100.0, shards).expect("enough");
+            let all = one.of_shards(shards);
+            assert!(all.seeds[0].iter().all(|&count| count >= 4));
+            assert!(one.least_doublings() >= whole.least_doublings());
+            assert_eq!(all.reference_spp, shards * one.reference_spp);
+            assert!(seconds(&one, &[cost], cost) <= 100.0 * (LEVELS + REFERENCES));
+        }
+        let one = Schedule::fit(&[cost], cost, 100.0, 16).expect("enough");
+        assert!(one.seeds[0].iter().all(|&count| count == 1));
+        assert!(one.least_doublings() >= whole.least_doublings() + 2);
+    }
+
+    #[test]
     fn insufficient_budget_is_rejected_with_a_sufficient_one() {
         let (costs, reference) = ([law(0.0, 1.0), law(0.1, 0.2)], law(0.0, 0.4));
-        let enough = Schedule::fit(&costs, reference, 10.0).expect_err("too little");
+        let enough = Schedule::fit(&costs, reference, 10.0, 1).expect_err("too little");
         assert!(enough > 10.0);
-        let schedule = Schedule::fit(&costs, reference, 1.001 * enough).expect("enough");
+        let schedule = Schedule::fit(&costs, reference, 1.001 * enough, 1).expect("enough");
         assert!(
             schedule.least_doublings() >= 2 && schedule.seeds.iter().flatten().all(|&n| n >= 4)
         );
-        assert!(Schedule::fit(&costs, reference, 0.8 * enough).is_err());
+        assert!(Schedule::fit(&costs, reference, 0.8 * enough, 1).is_err());
     }
 
     #[test]

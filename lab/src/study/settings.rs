@@ -32,6 +32,8 @@ pub struct StudySettings {
     /// The renders, regardless of their time; `None` for the best schedule within the budget. It determines all images
     /// that are compared with the references, together with the seed.
     pub schedule: Option<Schedule>,
+    /// The number of machines among which the renders are divided; 1 for a study on this machine alone.
+    pub shards: u64,
 }
 
 /// Receives the progress of a study, and can cancel it.

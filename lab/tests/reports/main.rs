@@ -6,3 +6,4 @@ mod common;
 mod battery;
 mod lesson;
 mod study;
+mod study_shards;

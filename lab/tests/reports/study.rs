@@ -17,11 +17,11 @@ use etendue_lab::study::variant::{Choice, Variant};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-fn scene() -> SceneDescription {
+pub fn scene() -> SceneDescription {
     room(LAMP)
 }
 
-fn settings(choices: &[Choice], budget: f64, schedule: Option<Schedule>) -> StudySettings {
+pub fn settings(choices: &[Choice], budget: f64, schedule: Option<Schedule>) -> StudySettings {
     let options = AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::Robust,
@@ -38,10 +38,11 @@ fn settings(choices: &[Choice], budget: f64, schedule: Option<Schedule>) -> Stud
         may_shrink: false,
         for_threads: None,
         schedule,
+        shards: 1,
     }
 }
 
-fn study(settings: &StudySettings) -> StudyReport {
+pub fn study(settings: &StudySettings) -> StudyReport {
     run(
         &scene(),
         (64, 64),

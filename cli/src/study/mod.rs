@@ -4,6 +4,8 @@
 //! Range: any scene that loads. Results are written after each round, so that they survive Ctrl-C or a kill.
 //! Source: docs/accuracy.md, "The study". Tested in `cli/tests/command/study.rs`.
 
+mod shards;
+
 use super::args::StudyArguments;
 use super::durations::format_duration;
 use super::output::Watcher;
@@ -39,6 +41,24 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     let full_size = description.film.size;
     description.film.size = arguments.size.unwrap_or(full_size);
     let settings = settings(arguments, &description)?;
+    let studied = shards::Studied {
+        description: &description,
+        full_size,
+        settings: &settings,
+        folder: &arguments.out,
+        is_quiet: arguments.measurement.quiet,
+        start,
+    };
+    if arguments.shards.is_some() {
+        return studied.plan(&watcher);
+    }
+    if let Some(shard) = arguments.shard {
+        return studied.render(shard, &watcher);
+    }
+    let merged = match arguments.merge {
+        true => Some(studied.parts(arguments.partial)?),
+        false => None,
+    };
     // The pilot is part of the study.
     let recommendation = recommendation(&settings, &description, &watcher)?;
     let files = Files::new(arguments, recommendation)?;
@@ -47,7 +67,10 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
         files: &files,
         last: Mutex::new(Instant::now()),
     };
-    let report = etendue_lab::study::run(&description, full_size, &settings, start, &kept);
+    let report = match merged {
+        Some((plan, parts)) => studied.merge(&plan, parts, &kept),
+        None => etendue_lab::study::run(&description, full_size, &settings, start, &kept),
+    };
     watcher.finish();
     let report = report.inspect_err(|_| files.remove_if_empty())?;
     kept.keeper.result()?;
@@ -132,6 +155,7 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
         may_shrink: arguments.size.is_none() && !arguments.full_size,
         for_threads: arguments.for_threads.map(|threads| threads as usize),
         schedule: None,
+        shards: arguments.shards.map_or(1, u64::from),
     })
 }
 

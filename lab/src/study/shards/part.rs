@@ -1,0 +1,211 @@
+//! The renders of one shard of a study, as an OpenEXR file: the first reference is its image, all others are layers, and
+//! their times are metadata.
+//!
+//! Measure: radiance, seconds.
+//! Range: a file that is not a shard of its own plan is an error.
+//! Source: none needed. Tested in `lab/tests/reports/study_shards.rs`.
+
+use super::super::clock::Seconds;
+use super::super::reference_renders::ReferenceRenders;
+use super::super::runner::LevelRender;
+use super::super::schedule::Task;
+use super::plan::StudyPlan;
+use etendue::internals::image::{
+    ColourSpace, Image, Layer, LayeredImage, MetadataValue, WriteOptions, write,
+};
+use etendue::internals::math::rgb::Rgb;
+use etendue::internals::render::convergence::Look;
+use etendue::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
+use std::path::Path;
+
+/// The metadata value that has everything but pixels, without the prefix of this program's.
+const FACTS: &str = "study";
+
+/// One shard of a study.
+#[derive(Debug, Clone)]
+pub struct StudyPart {
+    /// The plan by which it was rendered.
+    pub plan: StudyPlan,
+    /// The shard, counted from 0.
+    pub shard: u64,
+    /// Its renders of the references.
+    pub references: ReferenceRenders,
+    /// Its renders of all levels, in the order in which they were rendered.
+    pub renders: Vec<LevelRender>,
+}
+
+/// Everything of a shard but its pixels.
+#[derive(Serialize, Deserialize)]
+struct Facts {
+    plan: StudyPlan,
+    shard: u64,
+    reference_spp: u64,
+    reference_seconds: [Seconds; 2],
+    reference_seeds: [u64; 2],
+    renders: Vec<RenderFacts>,
+}
+
+/// Everything of a render but its pixels.
+#[derive(Serialize, Deserialize)]
+struct RenderFacts {
+    task: Task,
+    seed: u64,
+    look: Option<Look>,
+    seconds: Seconds,
+    repeated: bool,
+    disturbed: bool,
+    rejected: u64,
+}
+
+impl StudyPart {
+    /// The name of the file of a shard.
+    pub fn file_name(shard: u64) -> String {
+        format!("part-{shard}.exr")
+    }
+
+    /// Writes the shard to an OpenEXR file, whole or not at all.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let ReferenceRenders {
+            spp,
+            images: [first, second],
+            seconds,
+            seeds,
+        } = &self.references;
+        let facts = Facts {
+            plan: self.plan.clone(),
+            shard: self.shard,
+            reference_spp: *spp,
+            reference_seconds: *seconds,
+            reference_seeds: *seeds,
+            renders: self.renders.iter().map(facts_of).collect(),
+        };
+        let facts = serde_json::to_string(&facts)
+            .map_err(|error| Error::render("cannot write the shard").because(error))?;
+        let renders = self.renders.iter().enumerate();
+        let named = renders.map(|(index, render)| (layer_name(index), &render.image));
+        let all = named.chain([(SECOND_REFERENCE.to_owned(), second)]);
+        let options = WriteOptions {
+            metadata: vec![(format!("etendue.{FACTS}"), MetadataValue::Text(facts))],
+            layers: all.flat_map(|(name, image)| layers(&name, image)).collect(),
+            ..WriteOptions::default()
+        };
+        write(path, first, &options)
+    }
+
+    /// Reads a shard.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is not a shard of a study.
+    pub fn read(path: &Path) -> Result<Self> {
+        let file = LayeredImage::read(path, ColourSpace::Linear)?;
+        Self::of(&file).map_err(|error| error.in_file(path))
+    }
+
+    fn of(file: &LayeredImage) -> Result<Self> {
+        let not_one = |what: &str| Error::scene(format!("is not a shard of a study: {what}"));
+        let Some(MetadataValue::Text(facts)) = file.fact(FACTS) else {
+            return Err(not_one(
+                "expected a file that `etendue study --shard` wrote",
+            ));
+        };
+        let facts: Facts = serde_json::from_str(facts).map_err(|error| {
+            not_one(&format!("its metadata cannot be read: {error}")).because(error)
+        })?;
+        let image_of = |name: &str| {
+            let channels = ["R", "G", "B"].map(|channel| format!("{name}.{channel}"));
+            let [r, g, b] = channels.each_ref().map(|channel| file.layer(channel));
+            let (Some(r), Some(g), Some(b)) = (r, g, b) else {
+                return Err(not_one(&format!("it has no layer `{name}`")));
+            };
+            let pixels = r.iter().zip(g).zip(b);
+            let pixels: Vec<Rgb> = pixels.map(|((&r, &g), &b)| Rgb::new(r, g, b)).collect();
+            match pixels.iter().all(|pixel| pixel.is_finite()) {
+                true => Ok(Image::new(file.image.width(), file.image.height(), pixels)),
+                false => Err(not_one(&format!("its layer `{name}` is not finite"))),
+            }
+        };
+        let renders = facts.renders.iter().enumerate().map(|(index, facts)| {
+            Ok(LevelRender {
+                task: facts.task,
+                seed: facts.seed,
+                image: image_of(&layer_name(index))?,
+                look: facts.look,
+                seconds: facts.seconds,
+                repeated: facts.repeated,
+                disturbed: facts.disturbed,
+                rejected: facts.rejected,
+            })
+        });
+        let part = Self {
+            shard: facts.shard,
+            references: ReferenceRenders {
+                spp: facts.reference_spp,
+                images: [file.image.clone(), image_of(SECOND_REFERENCE)?],
+                seconds: facts.reference_seconds,
+                seeds: facts.reference_seeds,
+            },
+            renders: renders.collect::<Result<_>>()?,
+            plan: facts.plan,
+        };
+        match part.is_whole() {
+            true => Ok(part),
+            false => Err(not_one("its renders are not those of its plan")),
+        }
+    }
+
+    /// Whether the part has exactly the renders of its plan, in times that are possible.
+    fn is_whole(&self) -> bool {
+        let StudyPlan { schedule, size, .. } = &self.plan;
+        let image = &self.references.images[0];
+        let is_planned = |task: &Task| {
+            let levels = schedule.seeds.get(task.variant);
+            let count = levels.and_then(|levels| levels.get(task.level as usize));
+            count.is_some_and(|&count| task.seed < count)
+        };
+        let tasks: HashSet<Task> = self.renders.iter().map(|render| render.task).collect();
+        let is_time = |seconds: &Seconds| seconds.wall > 0.0 && seconds.wall.is_finite();
+        tasks.iter().all(is_planned)
+            && (image.width(), image.height()) == *size
+            && self.shard < self.plan.shards
+            && tasks.len() == self.renders.len()
+            && tasks.len() as u64 == schedule.renders()
+            && self.renders.iter().all(|render| is_time(&render.seconds))
+    }
+}
+
+/// The layer of the second reference.
+const SECOND_REFERENCE: &str = "reference";
+
+/// The name of the layer of a render.
+fn layer_name(index: usize) -> String {
+    format!("render{index:04}")
+}
+
+fn facts_of(render: &LevelRender) -> RenderFacts {
+    RenderFacts {
+        task: render.task,
+        seed: render.seed,
+        look: render.look,
+        seconds: render.seconds,
+        repeated: render.repeated,
+        disturbed: render.disturbed,
+        rejected: render.rejected,
+    }
+}
+
+/// The channels of an image as layers of this name.
+fn layers(name: &str, image: &Image) -> [Layer; 3] {
+    std::array::from_fn(|channel| Layer {
+        name: format!("{name}.{}", ["R", "G", "B"][channel]),
+        samples: image
+            .pixels()
+            .iter()
+            .map(|pixel| pixel.to_array()[channel])
+            .collect(),
+    })
+}

@@ -19,6 +19,8 @@ pub struct CameraParameters {
     /// The positions, with unit vectors to the right, up and backwards, at equally spaced times from the opening of the
     /// shutter to its closing; a single one for a static camera.
     pub poses: Vec<(Vec3, [DVec3; 3])>,
+    /// Whether the image is mirrored, left to right.
+    pub is_mirrored: bool,
     /// Vertical field of view, in radians.
     pub fov: f64,
     /// Width and height of the whole image, in pixels.
@@ -75,12 +77,16 @@ impl Camera {
         let (width, height) = (f64::from(p.size.0), f64::from(p.size.1));
         let half_height = tan(0.5 * p.fov);
         let half_width = half_height * width / height;
-        let pose = |&(eye, [right, up, back]): &(Vec3, [DVec3; 3])| Pose {
-            eye,
-            corner: (-half_width * right + half_height * up - back).as_vec3a(),
-            per_x: (2.0 * half_width / width * right).as_vec3a(),
-            per_y: (-2.0 * half_height / height * up).as_vec3a(),
-            lens: [right, up].map(|axis| p.lens_radius * axis.as_vec3a()),
+        let pose = |&(eye, [right, up, back]): &(Vec3, [DVec3; 3])| {
+            // The direction of the image's right edge.
+            let right = if p.is_mirrored { -right } else { right };
+            Pose {
+                eye,
+                corner: (-half_width * right + half_height * up - back).as_vec3a(),
+                per_x: (2.0 * half_width / width * right).as_vec3a(),
+                per_y: (-2.0 * half_height / height * up).as_vec3a(),
+                lens: [right, up].map(|axis| p.lens_radius * axis.as_vec3a()),
+            }
         };
         let motion: Vec<Pose> = p.poses.iter().map(pose).collect();
         Self {
@@ -234,16 +240,17 @@ impl Viewpoint {
         let [corner, per_x, per_y] = [corner, per_x, per_y].map(|v| v.as_dvec3());
         let normal = per_x.cross(per_y);
         let pixel = normal.length();
+        // The normal of a mirrored film points backwards: both numbers are then negative for a ray that points forwards.
         let height = (corner - self.shift).dot(normal) / pixel;
         let w = w.as_dvec3();
         let cos = w.dot(normal) / pixel;
-        if cos <= 0.0 {
+        if cos * height <= 0.0 {
             return None;
         }
         let towards = height / cos * w + self.shift - corner;
         let x = towards.cross(per_y).dot(normal) / (pixel * pixel);
         let y = per_x.cross(towards).dot(normal) / (pixel * pixel);
-        let cubed = planted!("film-without-tilt", 1.0, cos * cos * cos);
+        let cubed = planted!("film-without-tilt", 1.0, (cos * cos * cos).abs());
         Some(FilmPoint {
             position: DVec2::new(x, y).as_vec2(),
             per_steradian: height * height / (pixel * cubed),
@@ -258,8 +265,13 @@ mod tests {
     use crate::math::lanes::load;
 
     fn camera(lens_radius: f32) -> Camera {
+        camera_that(lens_radius, false)
+    }
+
+    fn camera_that(lens_radius: f32, is_mirrored: bool) -> Camera {
         Camera::new(&CameraParameters {
             poses: vec![(Vec3::new(0.0, 0.0, 5.0), [DVec3::X, DVec3::Y, DVec3::Z])],
+            is_mirrored,
             fov: 90.0_f64.to_radians(),
             size: (200, 100),
             lens_radius,
@@ -356,10 +368,30 @@ mod tests {
     }
 
     #[test]
+    fn mirrored_camera_sees_the_image_mirrored() {
+        let mirrored = camera_that(0.5, true);
+        let u_lens = Vec2::new(0.3, 0.8);
+        for (x, y) in [(0.0, 0.0), (30.0, 80.0), (190.0, 10.0)] {
+            let ray = mirrored.ray::<Everything>(Vec2::new(x, y), u_lens, 0.0);
+            let straight = camera(0.5).ray::<Everything>(Vec2::new(x, y), u_lens, 0.0);
+            let flipped = Vec3::new(-1.0, 1.0, 1.0);
+            assert!((ray.dir - flipped * straight.dir).length() < 1e-6);
+            assert!((ray.origin - flipped * straight.origin).length() < 1e-6);
+            let area = |camera: &Camera, w: Vec3| {
+                let viewpoint = camera.viewpoint::<Everything>(u_lens, 0.0);
+                let found = viewpoint.film_point(w).expect("it goes forwards");
+                found.per_steradian
+            };
+            let ratio = area(&mirrored, ray.dir) / area(&camera(0.5), straight.dir);
+            assert!((ratio - 1.0).abs() < 1e-6, "{ratio}");
+        }
+    }
+
+    #[test]
     fn film_point_is_the_inverse_of_camera_ray_generation() {
-        for lens_radius in [0.0, 0.5] {
+        for (lens_radius, is_mirrored) in [(0.0, false), (0.5, false), (0.0, true), (0.5, true)] {
             for focus_distance in [0.7, 3.0, f32::INFINITY] {
-                let mut camera = camera(lens_radius);
+                let mut camera = camera_that(lens_radius, is_mirrored);
                 camera.focus_distance = focus_distance;
                 for i in 0..200 {
                     let u = |k: f32| (k * i as f32).fract();

@@ -154,6 +154,7 @@ pub(super) fn camera(
     };
     Camera::new(&CameraParameters {
         poses: to_world.iter().map(pose).collect(),
+        is_mirrored: description.is_mirrored,
         fov: description.fov,
         size,
         lens_radius: normalisation.length(description.lens_radius),

@@ -244,6 +244,7 @@ impl Generator {
         scene.camera.shutter = [0.0, 1.0];
         if wanted.has(Effect::Lens) {
             scene.camera.lens_radius = 0.1;
+            scene.camera.is_mirrored = true;
             scene.camera.focus_distance = 5.0;
         }
         for index in 0..4 {

@@ -136,6 +136,38 @@ fn defaults_references_and_transforms_are_resolved_in_order() {
     ));
     assert!(close(a.to_world.matrix3 * DVec3::ONE, DVec3::ONE));
     assert_eq!((a.lens_radius, a.focus_distance), (0.5, 7.0));
+    assert!(!a.is_mirrored && !b.is_mirrored);
+}
+
+/// Mitsuba applies the steps in order, so that a mirror before `lookat` is one of the camera's own axes.
+#[test]
+fn mirrored_sensors_have_mirrored_images() {
+    let camera = |steps: &str| {
+        let sensor = format!(
+            "<scene version=\"3.0.0\"><sensor type=\"perspective\"><transform name=\"to_world\">{steps}\
+            <lookat origin=\"1, 2, 3\" target=\"1, 2, 0\" up=\"0, 1, 0\"/></transform></sensor></scene>"
+        );
+        read(&sensor)
+            .unwrap_or_else(|error| panic!("{error}"))
+            .camera
+    };
+    let straight = camera("");
+    let mirrored = camera("<scale x=\"-1\"/>");
+    assert!(
+        mirrored.is_mirrored && close(mirrored.to_world.translation, straight.to_world.translation)
+    );
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        assert!(close(
+            mirrored.to_world.matrix3 * axis,
+            straight.to_world.matrix3 * axis
+        ));
+    }
+    // Upside down is a mirror and half a turn.
+    let turned = camera("<scale y=\"-1\"/>");
+    assert!(turned.is_mirrored);
+    assert!(close(turned.to_world.matrix3 * DVec3::Y, DVec3::NEG_Y));
+    assert!(close(turned.to_world.matrix3 * DVec3::X, DVec3::NEG_X));
+    assert!(!camera("<scale x=\"-1\" y=\"-1\"/>").is_mirrored);
 }
 
 #[test]

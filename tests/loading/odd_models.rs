@@ -243,6 +243,28 @@ fn missing_images_of_used_materials_are_noted_and_left_out() {
 }
 
 #[test]
+fn images_of_other_formats_are_noted_and_damaged_ones_refused() {
+    let load_with = |image: &'static str| {
+        let library = format!("newmtl a\nKd .5 0 0\nmap_Kd {image}\n");
+        let model = format!("mtllib a.mtl\nusemtl a\n{TRIANGLE}");
+        let folder = SceneFolder::new([
+            ("a.obj", model.as_str()),
+            ("a.mtl", library.as_str()),
+            (image, "DDS ..."),
+        ]);
+        load(&folder.path("a.obj"))
+    };
+    let scene = load_with("wood.DDS").expect("its image is left out");
+    let notes = omissions(&scene);
+    assert_eq!((notes.len(), notes[0].0), (1, Some(3)), "{notes:?}");
+    assert!(
+        notes[0].1.contains("of a format that is not read"),
+        "{notes:?}"
+    );
+    assert!(load_with("wood.png").is_err());
+}
+
+#[test]
 fn models_of_other_encodings_are_read() {
     let model = [b"mtllib a.mtl\nusemtl r\xf6t\n", TRIANGLE.as_bytes()].concat();
     let folder = SceneFolder::new([

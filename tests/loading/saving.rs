@@ -146,6 +146,7 @@ fn saved_generated_scenes_reload_and_render_bit_identically() {
         scene.render.seed = Some(u64::MAX);
         // No number of degrees has these bits.
         scene.camera.fov = 0.7_f64.next_up();
+        scene.camera.is_mirrored = true;
         check(&format!("scene {index}"), &scene);
     }
 }

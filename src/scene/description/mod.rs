@@ -134,6 +134,8 @@ pub struct WithLine<T> {
 pub struct CameraDescription {
     /// Camera to world: the camera looks along its -z axis, and its y axis is up. Orthonormal.
     pub to_world: DAffine3,
+    /// Whether the image is mirrored, left to right.
+    pub is_mirrored: bool,
     /// Vertical field of view, in radians, in (0, pi).
     pub fov: f64,
     /// Radius of the lens in world units; 0 is a pinhole.
@@ -154,6 +156,7 @@ impl CameraDescription {
     pub fn pinhole(to_world: DAffine3, fov: f64) -> Self {
         Self {
             to_world,
+            is_mirrored: false,
             fov,
             lens_radius: 0.0,
             focus_distance: 1.0,

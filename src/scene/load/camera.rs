@@ -35,8 +35,12 @@ pub fn camera(table: &Table<'_>) -> Result<CameraDescription> {
     let shutter = table
         .optional("shutter")
         .map_or(Ok([0.0; 2]), |value| shutter(&value))?;
+    let is_mirrored = table
+        .optional("mirrored")
+        .map_or(Ok(false), |value| value.truth())?;
     let camera = CameraDescription {
         to_world,
+        is_mirrored,
         fov,
         lens_radius,
         focus_distance: positive("focus_distance", to_target)?,
@@ -106,7 +110,7 @@ fn rigid(value: &Value<'_>) -> Result<DAffine3> {
         Ok(placed)
     } else {
         Err(value.error(
-            "expected rotations and translations only: a camera cannot be stretched or mirrored",
+            "expected rotations and translations only: a camera cannot be stretched, and `mirrored = true` mirrors its image",
         ))
     }
 }

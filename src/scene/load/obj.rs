@@ -186,7 +186,7 @@ fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<S
             ));
             return Ok((contents.default_material(), None));
         };
-        entry.missing_images().for_each(|note| contents.note(note));
+        entry.omitted_images().for_each(|note| contents.note(note));
         let here = |error| named_in(error, path, *line);
         let material = entry.material(&mut contents.textures).map_err(here)?;
         let emission = entry.emission(&mut contents.textures).map_err(here)?;

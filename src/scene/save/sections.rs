@@ -77,6 +77,9 @@ impl<'a> Sections<'a> {
         } else {
             self.text.entry("motion", motion(&camera.motion));
         }
+        if camera.is_mirrored {
+            self.text.entry("mirrored", true);
+        }
         self.text.entry("fov", angle(camera.fov));
         if camera.lens_radius != 0.0 {
             self.text.entry("lens_radius", number(camera.lens_radius));

@@ -53,9 +53,11 @@ pub fn sensor(
         }
         sampler.note_unused(&["seed"], contents);
     }
+    let (to_world, is_mirrored) = to_world(sensor)?;
     let mut camera = CameraDescription {
         place: sensor.place.clone(),
-        ..CameraDescription::pinhole(to_world(sensor)?, field_of_view(sensor, &film)?)
+        is_mirrored,
+        ..CameraDescription::pinhole(to_world, field_of_view(sensor, &film)?)
     };
     if sensor.kind == "thinlens" {
         let above_0 = |x: f64| x > 0.0;
@@ -84,7 +86,8 @@ pub fn sensor(
     Ok((camera, film))
 }
 
-fn to_world(sensor: &Object) -> Result<DAffine3> {
+/// The transform of a camera that is not mirrored, and whether the image is.
+fn to_world(sensor: &Object) -> Result<(DAffine3, bool)> {
     let transform = sensor.transform("to_world")?;
     let axes = transform.matrix3;
     let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize_or_zero);
@@ -96,18 +99,21 @@ fn to_world(sensor: &Object) -> Result<DAffine3> {
         .map(f64::abs)
         .fold(0.0, f64::max);
     // Exporters write single precision.
-    if largest > 1e-4 || turned.determinant() < 0.0 {
+    if largest > 1e-4 {
         return Err(sensor.error_at(
             "to_world",
-            "expected a rotation and a translation, without a mirror",
+            "expected rotations, mirrors and translations only",
         ));
     }
+    let is_mirrored = turned.determinant() < 0.0;
+    let x = if is_mirrored { -x } else { x };
     let z = z.normalize();
     let x = (x - x.dot(z) * z).normalize();
-    Ok(DAffine3 {
+    let to_world = DAffine3 {
         matrix3: DMat3::from_cols(-x, z.cross(x), -z),
         translation: transform.translation,
-    })
+    };
+    Ok((to_world, is_mirrored))
 }
 
 /// Returns the vertical field of view.

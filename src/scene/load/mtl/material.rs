@@ -11,7 +11,8 @@
 //! `Ke`, and `map_d` by `d`, the opacity.
 //!
 //! Measure: reflectances in [0, 1], radiance for `Ke`.
-//! Range: an index below 1 counts as 1 except in glass. Missing textures are left out, with a note.
+//! Range: an index below 1 counts as 1 except in glass. Textures that are missing or of another format are left out, with a
+//! note.
 //! Source: Blender's exporter, `export_pbr_extensions`; without `Pr`, roughness = 1 - sqrt(Ns / 1000) as Blender
 //! imports it, and 1 without `Ns`. Tested below and in `tests/loading/scene_files.rs`.
 
@@ -29,20 +30,25 @@ use crate::scene::load::wording::shown;
 use std::path::Path;
 use std::sync::Arc;
 
+/// Extensions of images that no reader here decodes.
+const OTHER_FORMATS: [&str; 9] = [
+    "basis", "dds", "gif", "ktx", "ktx2", "psd", "tif", "tiff", "webp",
+];
+
 impl Entry {
-    /// Returns notes on images that do not exist, and are left out.
-    pub fn missing_images(&self) -> impl Iterator<Item = Note> {
-        let missing = self
-            .pictures
-            .iter()
-            .filter(|(_, (file, _))| !file.is_file());
-        missing.map(|(key, (file, line))| {
+    /// Returns notes on images that do not exist or are of a format that is not read, and are left out.
+    pub fn omitted_images(&self) -> impl Iterator<Item = Note> {
+        let omitted = self.pictures.iter().filter_map(|(key, (file, line))| {
+            let reason = omission(file)?;
+            Some((key, file, line, reason))
+        });
+        omitted.map(|(key, file, line, reason)| {
             let place = Place {
                 line: Some(*line),
                 ..self.place.clone()
             };
             let file = shown(&file.display().to_string());
-            let text = format!("{key}: the image {file} is missing; left out");
+            let text = format!("{key}: the image {file} is {reason}; left out");
             Note::at(place, NoteKind::Omission, text)
         })
     }
@@ -142,7 +148,11 @@ impl Entry {
         key: &'static str,
         read: impl FnOnce(&Path) -> Result<Texture>,
     ) -> Result<Option<Texture>> {
-        let Some((file, line)) = self.pictures.get(key).filter(|(file, _)| file.is_file()) else {
+        let Some((file, line)) = self
+            .pictures
+            .get(key)
+            .filter(|(file, _)| omission(file).is_none())
+        else {
             return Ok(None);
         };
         read(file).map(Some).map_err(|error| {
@@ -236,6 +246,18 @@ fn multiplied(texture: Texture, factor: Rgb) -> Texture {
 fn has_normals(texture: &Texture) -> bool {
     let [x, y, z] = texture.mean().to_array().map(|c| 2.0 * c - 1.0);
     z > 0.3 && z > x.abs() + 0.2 && z > y.abs() + 0.2
+}
+
+/// The reason why an image is left out, if it is.
+fn omission(file: &Path) -> Option<&'static str> {
+    let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
+    if !file.is_file() {
+        Some("missing")
+    } else if OTHER_FORMATS.iter().any(|&other| extension == other) {
+        Some("of a format that is not read")
+    } else {
+        None
+    }
 }
 
 #[cfg(test)]

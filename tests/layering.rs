@@ -151,17 +151,53 @@ fn named_paths(module: &[String], code: &str) -> Vec<Vec<String>> {
     paths
 }
 
+/// The items of its children that a module imports or exports, by name, each with its path.
+fn re_exports(module: &Module, package: &Package) -> BTreeMap<String, Vec<String>> {
+    let code = &package[module];
+    let mut paths = Vec::new();
+    for (at, word) in code.match_indices("use ") {
+        let rest = &code[at + word.len()..];
+        read_path(rest.strip_prefix("self::").unwrap_or(rest), &[], &mut paths);
+    }
+    let of_child = paths.into_iter().filter_map(|path| {
+        let child = [module.as_slice(), path.get(..1)?].concat();
+        let item = path.last().filter(|_| path.len() > 1)?.clone();
+        let full = [module.as_slice(), path.as_slice()].concat();
+        package.contains_key(&child).then_some((item, full))
+    });
+    of_child.collect()
+}
+
+/// The module that has the item at the end of a path, through the re-exports of its ancestors.
+fn module_of_item(mut path: Vec<String>, package: &Package) -> Module {
+    // Re-exports of re-exports are few.
+    for _ in 0..8 {
+        let known = (0..=path.len())
+            .rev()
+            .find(|&n| package.contains_key(&path[..n]));
+        let known = known.unwrap_or(0);
+        let module = path[..known].to_vec();
+        let item = path.get(known).filter(|_| package.contains_key(&module));
+        match item.and_then(|item| re_exports(&module, package).remove(item)) {
+            Some(target) => path = [target, path[known + 1..].to_vec()].concat(),
+            None => return module,
+        }
+    }
+    path
+}
+
 /// The imports between modules of the same folder: an import counts for the two modules at which the paths of importer and
 /// imported diverge. Imports of a module's own children or of its parents' own items do not count.
 fn imports(package: &Package) -> BTreeMap<Module, BTreeSet<Module>> {
     let mut imports: BTreeMap<Module, BTreeSet<Module>> = BTreeMap::new();
     for (module, code) in package {
         for path in named_paths(module, code) {
-            let known = (0..=path.len())
-                .rev()
-                .find(|&n| package.contains_key(&path[..n]));
-            let named = &path[..known.unwrap_or(0)];
-            let alike = module.iter().zip(named).take_while(|(a, b)| a == b).count();
+            let named = module_of_item(path, package);
+            let alike = module
+                .iter()
+                .zip(&named)
+                .take_while(|(a, b)| a == b)
+                .count();
             if alike < module.len() && alike < named.len() {
                 let importer = module[..=alike].to_vec();
                 imports
@@ -388,6 +424,18 @@ fn import_cycles_are_detected_across_folders_and_mod_files() {
         ("c/mod.rs", "use crate::a::A;"),
     ];
     assert_eq!(circles(&small(&three)), ["a", "b", "c"]);
+    // A cycle through what the parent exports.
+    let parent = (
+        "render/mod.rs",
+        "mod progress; mod rendered; pub use rendered::{Price, Rendered};",
+    );
+    let exported = [
+        parent,
+        ("render/progress.rs", "use super::Rendered;"),
+        ("render/rendered.rs", "use super::progress::Predicted;"),
+    ];
+    let found = circles(&small(&exported));
+    assert_eq!(found, ["render/progress", "render/rendered"]);
     // A child may import items of its parent, and a parent items of its children.
     let family = [
         ("a/mod.rs", "use b::B; pub struct A;"),

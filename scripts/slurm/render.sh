@@ -3,6 +3,9 @@
 # ERROR, until the image is as good as that.
 #
 #   scripts/slurm/render.sh FOLDER SHARDS SPP SCENE [FLAG...]
+#   scripts/slurm/render.sh FOLDER
+#
+# Given a FOLDER alone, a render that failed or was cancelled goes on: what is missing is submitted again.
 #
 # FLAGs are those of `etendue render` that affect samples, or --layers. FOLDER is made; all nodes have to share it, and
 # see SCENE. It gets `image.exr`, a `part-A..B.etd` and a log for each shard, `report.json` of the last merge, and at last
@@ -13,7 +16,8 @@
 # Environment: ETENDUE, the program (default: etendue). ERROR, the error to reach, such as 1%. ROUNDS, how often samples are
 # added to reach it (default: 8). IMAGE, the output (default: FOLDER/image.exr). TRIES, how often shards that are missing are
 # submitted again (default: 3). EVERY, the time between two checkpoints (default: 60s). SBATCH_OPTIONS, more options for every
-# job, such as "--partition=short --cpus-per-task=8".
+# job, such as "--partition=short --cpus-per-task=8". CONFIDENCE, that of the bound of the error (default: 95%).
+#SBATCH --requeue
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 
@@ -45,29 +49,46 @@ pilot_of() {
     echo $((((long > short ? long : short) + 3) / 4 * 4))
 }
 
-# The array indices of the shards that are not there, separated by commas.
+# The array indices of the shards that are not there: ranges, separated by commas.
 missing() {
     index=0
-    while IFS= read -r range; do
-        [ -e "$folder/part-$range.etd" ] || printf '%s%s' "${separator:-}" "$index"
-        [ -e "$folder/part-$range.etd" ] || separator=,
+    first=
+    separator=
+    {
+        cat "$folder/round"
+        echo end
+    } | while IFS= read -r range; do
+        if [ "$range" != end ] && [ ! -e "$folder/part-$range.etd" ]; then
+            first=${first:-$index}
+        elif [ -n "$first" ]; then
+            printf '%s%s' "$separator" "$first"
+            [ "$first" = $((index - 1)) ] || printf -- '-%s' $((index - 1))
+            separator=,
+            first=
+        fi
         index=$((index + 1))
-    done <"$folder/round"
+    done
 }
 
-# Submits the array of what is missing, and the job that goes on after it: both or none.
+# Submits the array of what is missing, if anything is, and the job that goes on after it: both or none. A job that is queued
+# again after that submits nothing.
 submit() {
+    after=
+    if [ -n "$(missing)" ]; then
+        # shellcheck disable=SC2086
+        array=$(sbatch --parsable ${SBATCH_OPTIONS:-} --array="$(missing)" --output="$folder/log-%a.txt" \
+            "$folder/shard.sh" "$folder") || return 1
+        array=${array%%;*}
+        after=--dependency=afterany:$array
+        echo "$array" >"$folder/array"
+    fi
     # shellcheck disable=SC2086
-    array=$(sbatch --parsable ${SBATCH_OPTIONS:-} --array="$(missing)" --output="$folder/log-%a.txt" \
-        "$here/shard.sh" "$folder") || return 1
-    array=${array%%;*}
-    # shellcheck disable=SC2086
-    if ! sbatch --parsable ${SBATCH_OPTIONS:-} --job-name=etendue-merge --dependency="afterany:$array" \
+    if ! sbatch --parsable ${SBATCH_OPTIONS:-} --job-name=etendue-merge ${after:+"$after"} \
         --output="$folder/log-merge.txt" --open-mode=append "$folder/next.sh" --next "$folder" >/dev/null; then
-        scancel "$array"
+        [ -z "$after" ] || scancel "$array"
         return 1
     fi
-    echo "$array" >"$folder/array"
+    : >"$folder/submitted-${SLURM_JOB_ID:-0}"
 }
 
 # Submits the next jobs of a render that has begun.
@@ -89,6 +110,8 @@ next() {
         submit_again
         return
     fi
+    # What is whole needs no checkpoint.
+    rm -f "$folder"/checkpoint-*.etd
     first=$(head -n 1 "$folder/round")
     pilot=$(cat "$folder/pilot" 2>/dev/null || cat "$folder/spp")
     if [ "${first%%..*}" = 0 ] && [ "$pilot" -lt "$(cat "$folder/spp")" ]; then
@@ -100,6 +123,7 @@ next() {
     fi
     code=0
     "$etendue" merge "$folder"/part-*.etd --out "${IMAGE:-$folder/image.exr}" --json ${ERROR:+--error "$ERROR"} \
+        ${CONFIDENCE:+--confidence "$CONFIDENCE"} \
         >"$folder/report.json" || code=$?
     case $code in
     0) echo "$(cat "$folder/spp") samples per pixel" >"$folder/done" ;;
@@ -135,7 +159,7 @@ note_end() {
 
 if [ "${1:-}" = --next ]; then
     folder=$2
-    here=$(cat "$folder/scripts")
+    [ -z "${SLURM_JOB_ID:-}" ] || [ ! -e "$folder/submitted-$SLURM_JOB_ID" ] || exit 0
     # shellcheck disable=SC1091
     [ ! -e "$folder/settings" ] || . "$folder/settings"
     etendue=${ETENDUE:-etendue}
@@ -147,13 +171,25 @@ if [ "${1:-}" = --next ]; then
     is_done=1
     exit
 fi
+if [ $# -eq 1 ] && [ -e "$1/round" ]; then
+    folder=$(cd "$1" && pwd)
+    # shellcheck disable=SC1091
+    [ ! -e "$folder/settings" ] || . "$folder/settings"
+    rm -f "$folder/failed" "$folder/done"
+    echo "${TRIES:-3}" >"$folder/tries"
+    echo "${ROUNDS:-8}" >"$folder/rounds"
+    submit
+    echo "submitted: wait for $folder/done or $folder/failed"
+    exit
+fi
 if [ $# -lt 4 ]; then
-    sed -n '2,5p' "$0" >&2
+    sed -n '2,6p' "$0" >&2
     exit 2
 fi
 mkdir -p "$1"
 folder=$(cd "$1" && pwd)
-[ ! -e "$folder/round" ] || { echo "render.sh: $folder has a render already" >&2; exit 2; }
+[ ! -e "$folder/round" ] || { echo "render.sh: $folder has a render already: render.sh $folder goes on with it" >&2; exit 2; }
+rm -f "$folder/pilot" "$folder/pilot.etd"
 shards=$2
 # Rounds of four: later rounds begin where this one ends.
 spp=$((($3 + 3) / 4 * 4))
@@ -171,22 +207,29 @@ for word in "$@"; do
         end=$(pilot_of "$spp")
         echo "$end" >"$folder/pilot"
         ;;
-    --spp* | --time* | --error* | --shard* | --pilot* | --checkpoint* | --every* | --resume* | --out* | -o* | --denoise*)
+    --spp* | --time* | --max-time* | --error* | --shard* | --pilot* | --checkpoint* | --every* | --resume* | --out* | -o* | \
+        --denoise* | --exposure* | --confidence* | --stats* | --json | --threads* | -t* | --quiet | -q | --adaptive=greedy)
         echo "render.sh: $word is no flag of shards" >&2
         exit 2
+        ;;
+    stratified | --sampler=stratified)
+        if [ -n "${ERROR:-}" ]; then
+            echo "render.sh: the strata follow from the number of samples, so that no round can be added: leave out ERROR" >&2
+            exit 2
+        fi
         ;;
     esac
 done
 printf '%s\n' "$scene" "$@" >"$folder/command"
 # Jobs may start with another environment.
-export -p | grep -E '^(export|declare -x) (ETENDUE|ERROR|ROUNDS|IMAGE|TRIES|EVERY|SBATCH_OPTIONS)=' >"$folder/settings" || true
+export -p | grep -E '^(export|declare -x) (ETENDUE|ERROR|CONFIDENCE|ROUNDS|IMAGE|TRIES|EVERY|SBATCH_OPTIONS)=' >"$folder/settings" || true
 echo "$shards" >"$folder/shards"
 echo "$spp" >"$folder/spp"
 echo "${ROUNDS:-8}" >"$folder/rounds"
-echo "$here" >"$folder/scripts"
 begin_round 0 "$end"
-# Slurm copies a script when it is submitted; this copy is submitted again and again.
+# Slurm copies a script when it is submitted; these copies are submitted again and again.
 cp "$here/render.sh" "$folder/next.sh"
+cp "$here/shard.sh" "$folder/shard.sh"
 # What was refused may be submitted again.
 submit || { rm -f "$folder/round"; exit 1; }
 echo "submitted: wait for $folder/done or $folder/failed"

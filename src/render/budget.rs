@@ -31,6 +31,13 @@ pub struct PlannerState {
     is_reached: bool,
 }
 
+impl PlannerState {
+    /// The error to reach, if there is one.
+    pub fn target(&self) -> Option<ErrorTarget> {
+        self.target
+    }
+}
+
 /// Plans the passes of a render.
 #[derive(Debug, Clone)]
 pub struct PassPlanner {

@@ -16,6 +16,7 @@ mod observed;
 pub mod options;
 pub mod path_strategies;
 mod pixel_block;
+mod predicted;
 mod progress;
 pub mod ray_radiance;
 mod rendered;
@@ -36,10 +37,12 @@ use crate::integrator::kind::IntegratorKind;
 use crate::scene::Scene;
 pub use dispatch::{check, kernel};
 pub use observed::observe_tile;
-pub use progress::{NullRenderObserver, Predicted, Progress, RenderObserver};
+pub use predicted::Predicted;
+pub use progress::{NullRenderObserver, Progress, RenderObserver};
 pub use rendered::{Price, Rendered};
 use run::Run;
 use settings::{Adaptive, Budget, RenderSettings};
+use std::time::Instant;
 pub use tally::{NonFiniteSample, Rejected};
 pub use threads::Threads;
 
@@ -119,6 +122,25 @@ pub fn resume(
     }
     let run = Run::new(input, settings, observer, rendered);
     threads.run(|| run.all_passes(until, rendered));
+    Ok(())
+}
+
+/// Fills the irradiance cache of a render that uses one, and has none yet. If the observer cancels that, there is none.
+///
+/// # Errors
+/// The errors of [`check`].
+pub fn fill_cache(
+    input: &RenderInput<'_>,
+    threads: &Threads,
+    settings: &RenderSettings,
+    rendered: &mut Rendered,
+    observer: &dyn RenderObserver,
+) -> Result<()> {
+    check(input.scene, settings)?;
+    let start = Instant::now();
+    let run = Run::new(input, settings, observer, rendered);
+    threads.run(|| run.fill_cache(rendered));
+    rendered.elapsed += start.elapsed();
     Ok(())
 }
 

@@ -7,7 +7,7 @@
 use super::adaptive::allocation::Allocation;
 use super::budget::PlannerState;
 use super::convergence::{Look, PowerLaw, stated};
-use super::progress::Predicted;
+use super::predicted::Predicted;
 use super::settings::{ErrorTarget, RenderSettings};
 use super::tally::Rejected;
 use crate::film::filter::Filter;

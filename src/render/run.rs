@@ -11,7 +11,8 @@
 use super::adaptive::allocation::Allocation;
 use super::adaptive::{SampleAllocation, SampleAllocator};
 use super::budget::{ForecastInput, PassPlanner};
-use super::progress::{Predicted, Progress, RenderObserver};
+use super::predicted::Predicted;
+use super::progress::{Progress, RenderObserver};
 use super::sample_wavefront::CameraRaySource;
 use super::settings::{Adaptive, Budget, RenderSettings, SamplerKind};
 use super::tally::Tally;
@@ -177,7 +178,7 @@ impl<'a> Run<'a> {
     }
 
     /// Fills the irradiance cache of a render that uses one, and has none yet.
-    fn fill_cache(&self, rendered: &mut Rendered) {
+    pub(super) fn fill_cache(&self, rendered: &mut Rendered) {
         if rendered.cache.is_some() {
             return;
         }

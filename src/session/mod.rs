@@ -11,6 +11,7 @@
 pub mod layers;
 mod queries;
 mod rendering;
+mod shared_cache;
 pub mod states;
 
 pub use queries::{QueryRay, SurfaceHit};

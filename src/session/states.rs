@@ -281,7 +281,7 @@ impl Rendering {
     }
 
     /// The identity of scene and settings.
-    fn identity(&self, session: &Session) -> Result<Fingerprint> {
+    pub(super) fn identity(&self, session: &Session) -> Result<Fingerprint> {
         if let Some(identity) = self.identity.get() {
             return Ok(identity.clone());
         }

@@ -9,6 +9,7 @@
 
 use crate::accel::{AccelOptions, embree_info};
 use crate::error::{Error, Result};
+use crate::film::filter::Filter;
 use crate::render::settings::{RenderSettings, SamplerKind};
 use crate::scene::description::SceneDescription;
 use serde::{Deserialize, Serialize};
@@ -108,6 +109,9 @@ fn all_settings(
         max_bounces: settings.most_bounces(),
         ..settings.clone()
     };
+    // The estimator that the render has, whatever was asked for.
+    let filter = Filter::new(&description.film.filter);
+    let filter_sampling = settings.filter_sampling_of(&filter);
     let failed = |error| Error::render("cannot write the settings").because(error);
     let Value::Object(mut map) = serde_json::to_value(&resolved).map_err(failed)? else {
         return Err(Error::render("the settings are not a map"));
@@ -117,7 +121,7 @@ fn all_settings(
         ("integrator", settings.integrator.name()),
         ("sampler", settings.sampler.name()),
         ("adaptive", settings.adaptive.name()),
-        ("filter_sampling", settings.filter_sampling.name()),
+        ("filter_sampling", filter_sampling.name()),
     ] {
         map.insert(name.to_owned(), json!(value));
     }

@@ -105,6 +105,7 @@ impl Merge {
                 seconds: 0.0,
                 rays: Default::default(),
                 rejected: Default::default(),
+                wants_layers: self.parts.iter().any(|(_, header)| header.wants_layers),
                 // Looks at the first samples are looks of the whole.
                 looks: match first.done[0][0] {
                     0 => first.looks.clone(),

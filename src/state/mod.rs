@@ -25,6 +25,7 @@
 //! Source: our own format. Tested in `tests/rendering/state.rs`, `tests/fuzz_corpus.rs` and `cli/tests/command/shards.rs`.
 
 mod body;
+pub mod cache_file;
 mod file;
 mod fingerprint;
 mod header;

@@ -34,6 +34,10 @@ pub struct StateArguments {
     /// Time between two checkpoints. They are made between passes, which are at least one sample per pixel.
     #[arg(long, value_name = "DURATION", value_parser = parse_duration, default_value = "60s", requires = "checkpoint")]
     pub every: Duration,
+    /// Take the irradiance cache from this file, if it is there; else fill the cache and write it there, for other shards and
+    /// for a render that is interrupted. With --integrator irradiance-cache.
+    #[arg(long, value_name = "FILE")]
+    pub cache: Option<PathBuf>,
     /// Continue a render from its checkpoint or state file, also to a larger --spp or to an --error.
     ///
     /// All flags that affect samples have to be those of the render that wrote it. --time counts from now.

@@ -88,6 +88,9 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         return replay::run(&job, session.filter(), pixel, sample);
     }
 
+    if let Some(cache) = &arguments.state.cache {
+        rendering.share_cache(&session, cache, &watcher)?;
+    }
     let checkpointer = Checkpointer::new(&watcher, arguments, &session, &rendering)?;
     let ended = rendering.continue_until(&session, rendering.budget(), &checkpointer);
     watcher.finish();

@@ -37,6 +37,9 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
         )
         .in_file(checkpoint));
     }
+    if let Some(cache) = state.cache.as_ref().filter(|cache| !cache.exists()) {
+        check_creatable(cache)?;
+    }
     let states = outputs.iter().filter(|path| is_state(path));
     let mut all = states
         .map(PathBuf::as_path)
@@ -59,7 +62,7 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
 fn check_replaceable(checkpoint: &Path) -> Result<()> {
     match read_header(checkpoint) {
         Ok(header) if header.samples() > 0 || header.is_uneven => Err(Error::usage(format!(
-            "has samples already, {} of every pixel: --resume {} goes on from them; delete the file to begin anew",
+            "has samples already, {} of every pixel: --resume {} continues from them; delete the file to begin anew",
             header.samples(),
             checkpoint.display()
         ))
@@ -112,15 +115,19 @@ pub fn start(
     let mut options = options.clone();
     let has_limit = options.time.is_some() || options.error.is_some() || options.spp.is_some();
     if !has_limit {
-        // The render goes on to the limit that it had.
+        // The render continues to the limit that it had.
         options.spp = old.header.spp;
+        if let Some(target) = old.header.planner.and_then(|planner| planner.target()) {
+            options.error = Some(target.rel_rmse);
+            options.confidence = options.confidence.or(Some(target.confidence));
+        }
     }
     let mut rendering = session.start_watched(&options, watcher)?;
     distribute(&mut rendering, session, pilot.as_ref())?;
     let continued = rendering.continue_from(session, old);
     continued.map_err(|error| error.in_file(file))?;
     if let Some(samples) = rendering.shard()
-        && !arguments.out.iter().all(|path| is_state(path))
+        && (arguments.out.is_empty() || !arguments.out.iter().all(|path| is_state(path)))
     {
         return Err(Error::usage(format!(
             "is the state of the shard of samples {}..{}, which is written to a state file, such as -o part.etd: `etendue merge` makes the image",
@@ -179,13 +186,13 @@ pub fn write(
         }
         other => other,
     };
-    // A render that goes on from a checkpoint traces the first hits of its layers anew: a checkpoint has none.
+    // A render that continues from a checkpoint traces the first hits of its layers anew: a checkpoint has none.
     let keep = |path: &Path| {
         let header = rendering.header(session)?;
         save(header, rendering.rendered(), vec![], path)
     };
     let kept = checkpoint.map_or(Ok(()), |path| noted(keep(path)));
-    // An interrupted render goes on from its checkpoint: its outputs would look like those of a whole one.
+    // An interrupted render continues from its checkpoint: its outputs would look like those of a whole one.
     if checkpoint.is_some() && is_cancelled {
         return kept;
     }

@@ -87,6 +87,13 @@ fn terminated_shard_leaves_a_checkpoint_but_no_output() {
         USAGE,
         &["samples 500000..1000000", "-o part.etd"],
     );
+    // Nor without an output, whose default is an image.
+    fails(
+        &folder,
+        "render small.toml --spp 1000000 --resume it.etd",
+        USAGE,
+        &["samples 500000..1000000", "-o part.etd"],
+    );
     assert_eq!(header.shard, Some([500_000, 1_000_000]));
     assert_eq!(header.done[0][0], 500_000);
 }

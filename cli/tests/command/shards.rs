@@ -290,7 +290,6 @@ fn slurm_script_reports_an_image_with_samples_that_are_not_finite() {
         ("round", "0..4\n"),
         ("spp", "4\n"),
         ("part-0..4.etd", ""),
-        ("scripts", "."),
         ("merge", "#!/bin/sh\nexit 6\n"),
     ]);
     let program = folder.path("merge");

@@ -18,7 +18,7 @@ const INTERRUPTED: i32 = 130;
 const RENDER: &str = "render small.toml --size 1024x512 --spp 1 -t 2 -q -o a.exr -o a.pfm";
 
 /// A folder with an image, and counts of how its renders ended.
-pub struct Victim {
+pub struct InterruptedRender {
     folder: SceneFolder,
     /// The duration of an undisturbed render.
     usual: Duration,
@@ -27,7 +27,7 @@ pub struct Victim {
     finished: u64,
 }
 
-impl Victim {
+impl InterruptedRender {
     /// Creates the folder with an image already in it.
     pub fn new() -> Self {
         let folder = SceneFolder::new([("small.toml", SMALL)]);
@@ -91,7 +91,7 @@ impl Victim {
     }
 }
 
-impl std::fmt::Display for Victim {
+impl std::fmt::Display for InterruptedRender {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self {
             interrupted,

@@ -45,7 +45,7 @@ fn main() {
     let mut memory = Memory::default();
     let mut rounds = 0;
     let mut last_word = start;
-    let mut victim = interruption::Victim::new();
+    let mut victim = interruption::InterruptedRender::new();
     while start.elapsed() < total {
         round(rounds);
         if rounds % ROUNDS_BETWEEN_KILLS == 0 {

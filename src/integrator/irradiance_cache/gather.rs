@@ -112,7 +112,7 @@ impl Gatherer<'_> {
                 for (lane, &excluded) in excluded.iter().enumerate() {
                     block.excluded.set(lane, excluded);
                     let from = planted!("cache-counts-lights-twice", None, gathered_from);
-                    block.scatter_from(lane, from);
+                    block.set_prev_vertex(lane, from);
                 }
             }
             let wavefront = PathWavefront {
@@ -122,7 +122,7 @@ impl Gatherer<'_> {
                 observer: &mut NullPathObserver,
                 bounce: 1,
             };
-            self.integrator.follow(wavefront, &mut scratch);
+            self.integrator.trace_wavefront(wavefront, &mut scratch);
             for (path, (cell, clear)) in paths.into_iter().enumerate() {
                 let estimate = samples[path / LANES].estimate(path % LANES);
                 rays.closest += 1 + estimate.rays.closest;

@@ -67,13 +67,27 @@ impl IrradianceCache {
         if self.count(record.p, record.n) > 0 {
             return false;
         }
+        self.push(record);
+        true
+    }
+
+    /// The cache of records that were inserted in this order; `None` for numbers that no record has.
+    pub fn with_records(bound: f64, records: Vec<Record>) -> Option<Self> {
+        if !records.iter().all(Record::is_possible) {
+            return None;
+        }
+        let mut cache = Self::new(bound);
+        records.into_iter().for_each(|record| cache.push(record));
+        Some(cache)
+    }
+
+    fn push(&mut self, record: Record) {
         let index = self.records.len() as u32;
         let reach = Vec3::splat(record.radius);
         let corners = [record.p - reach, record.p + reach].map(|corner| corner.to_array());
         let reach = Rectangle::from_corners(corners[0], corners[1]);
         self.reaches.insert(GeomWithData::new(reach, index));
         self.records.push(record);
-        true
     }
 
     /// The records.

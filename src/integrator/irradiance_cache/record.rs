@@ -22,12 +22,13 @@ use crate::math::frame::Frame;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec3, Vec3};
 use crate::planted::planted;
+use serde::{Deserialize, Serialize};
 
 /// The largest distance at which a record counts: a scene is about one unit large.
 const MAX_RADIUS: f64 = 1e4;
 
 /// The indirect irradiance at one point, and its derivatives.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// The point.
     pub p: Vec3,
@@ -69,6 +70,13 @@ impl Record {
             vectors: light.vectors.map(to_world),
             gradients: light.gradients.map(|g| to_world(g.extend(0.0))),
         }
+    }
+
+    /// Whether all numbers are finite, and the radius is at least 0 and at most the largest.
+    pub fn is_possible(&self) -> bool {
+        let vectors = [self.p, self.n].into_iter();
+        let mut vectors = vectors.chain(self.vectors).chain(self.gradients);
+        (0.0..=MAX_RADIUS as f32).contains(&self.radius) && vectors.all(|it| it.is_finite())
     }
 
     /// The error as a fraction e of the allowed error, if it is below 1 and the point is near enough to the record's

@@ -12,8 +12,9 @@ const FOREIGN: [&str; 4] = ["/home/", "/root/", "/Users/", "/work/"];
 const NOT_OURS: [&str; 6] = [".git", ".embree", "target", "out", "found", "artifacts"];
 
 /// Extensions of text files.
-const TEXTS: [&str; 12] = [
-    "rs", "md", "toml", "sh", "py", "c", "h", "cpp", "in", "mtl", "json", "lock",
+const TEXTS: [&str; 16] = [
+    "rs", "md", "toml", "sh", "py", "c", "h", "cpp", "in", "mtl", "json", "lock", "svg", "xml",
+    "pbrt", "dict",
 ];
 
 fn root() -> &'static Path {

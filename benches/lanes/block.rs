@@ -19,7 +19,7 @@ pub struct Block {
     /// The lanes whose extension rays are to be traced.
     pub to_trace: ActiveLanes<LANES>,
     pub shadow: RayLanes<LANES>,
-    pub to_shadow: ActiveLanes<LANES>,
+    pub shadow_ray_lanes: ActiveLanes<LANES>,
     /// The lanes with a path that has not ended.
     pub active: ActiveLanes<LANES>,
     /// The index of each path's sample in the tile.
@@ -53,7 +53,7 @@ impl Block {
             extension: RayHitLanes::default(),
             to_trace: ActiveLanes::NONE,
             shadow: RayLanes::default(),
-            to_shadow: ActiveLanes::NONE,
+            shadow_ray_lanes: ActiveLanes::NONE,
             active: ActiveLanes::NONE,
             sample: [NO_SAMPLE; LANES],
             bounce: [0; LANES],

@@ -152,7 +152,7 @@ pub fn shade(light: &Light, blocks: &mut [Block]) {
             set(&mut block.shadow.origin, lane, origin);
             set(&mut block.shadow.dir, lane, end - origin);
             block.shadow.t_max[lane] = 1.0;
-            block.to_shadow.0[lane] = lane_mask(samples_light);
+            block.shadow_ray_lanes.0[lane] = lane_mask(samples_light);
 
             // BSDF sample: a concentric disk, projected onto the hemisphere, in the frame of Duff et al. 2017.
             let x = 2.0 * block.numbers[2][lane] - 1.0;
@@ -187,7 +187,8 @@ pub fn shade(light: &Light, blocks: &mut [Block]) {
 pub fn add_light(blocks: &mut [Block]) {
     for block in blocks {
         for lane in 0..LANES {
-            let is_visible = (block.to_shadow.0[lane] != 0) & (block.shadow.t_max[lane] > 0.0);
+            let is_visible =
+                (block.shadow_ray_lanes.0[lane] != 0) & (block.shadow.t_max[lane] > 0.0);
             let contribution = get(&block.contribution, lane);
             let contribution = if is_visible { contribution } else { Vec3::ZERO };
             let radiance = get(&block.radiance, lane) + contribution;

@@ -151,13 +151,17 @@ impl<'a> Worker<'a> {
         draw_numbers(&mut self.blocks);
         fetch_surfaces(self.tables, &mut self.blocks);
         shade(&self.tables.light, &mut self.blocks);
-        for block in self.blocks.iter_mut().filter(|block| block.to_shadow.any()) {
+        for block in self
+            .blocks
+            .iter_mut()
+            .filter(|block| block.shadow_ray_lanes.any())
+        {
             if let Some(recording) = &mut self.recording {
                 recording
                     .shadow
-                    .push((block.to_shadow, block.shadow.clone()));
+                    .push((block.shadow_ray_lanes, block.shadow.clone()));
             }
-            accel.occluded_lanes(block.to_shadow, &mut block.shadow);
+            accel.occluded_lanes(block.shadow_ray_lanes, &mut block.shadow);
         }
         add_light(&mut self.blocks);
     }

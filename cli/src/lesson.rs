@@ -131,7 +131,7 @@ impl<'a> Site<'a> {
         let mut before = 0.0;
         let mut done = Vec::new();
         for topic in self.topics {
-            let teller = Teller {
+            let teller = LessonProgress {
                 watcher,
                 topic,
                 start,
@@ -173,7 +173,7 @@ impl<'a> Site<'a> {
 }
 
 /// Shows progress and forwards Ctrl-C.
-struct Teller<'a> {
+struct LessonProgress<'a> {
     watcher: &'a Watcher,
     topic: &'a Topic,
     start: Instant,
@@ -181,7 +181,7 @@ struct Teller<'a> {
     part: [f64; 2],
 }
 
-impl LessonObserver for Teller<'_> {
+impl LessonObserver for LessonProgress<'_> {
     fn progress(&self, fraction: f64) {
         let fraction = self.part[0] + fraction * self.part[1];
         self.watcher.show(fraction, || {

@@ -112,13 +112,11 @@ impl Effect {
     /// The work that a kernel without the effect leaves out.
     pub const fn leaves_out(self) -> &'static str {
         match self {
-            Self::ShadingNormals => "interpolating normals, and mending those that point away",
+            Self::ShadingNormals => "interpolating normals, and correcting those that face away",
             Self::Textures => "texture coordinates and looking colours up at every hit",
             Self::NormalMaps => "tangents, and tilting the shading frame",
-            Self::Alpha => {
-                "asking at every hit, and along every shadow ray, whether the surface is there"
-            }
-            Self::OneSided => "asking at every hit which side is seen",
+            Self::Alpha => "an opacity test at every hit and along every shadow ray",
+            Self::OneSided => "a test of the side at every hit",
             Self::Glossy => "microfacets and their tables",
             Self::Specular => "lobes without a density, which light sampling cannot find",
             Self::Transmission => "sides, refractive indices and their factor on roulette",
@@ -128,12 +126,10 @@ impl Effect {
             Self::EnvironmentMap => {
                 "sampling an image of the sky, and its density for rays that leave"
             }
-            Self::DeltaLights => "lights that no scattered ray can meet",
-            Self::AreaLights => {
-                "points on lamps, and the density of lamps that scattered rays meet"
-            }
+            Self::DeltaLights => "point, spot and distant lights",
+            Self::AreaLights => "points on lamps, and the density of lamps that scattered rays hit",
             Self::ManyLights => "choosing a light",
-            Self::Instances => "frames of their own for hits and rays",
+            Self::Instances => "transforms of hits and rays",
             Self::LightPaths => {
                 "densities of light paths along camera paths, and paths that begin at lights"
             }

@@ -148,16 +148,16 @@ impl IntegratorKind {
         }
         if effects.has(Effect::DeltaLights) && !technique.samples_lights() {
             lacks.push(
-                "no scattered ray can meet point, spot and distant lights, whose light is missing",
+                "scattered rays cannot hit point, spot and distant lights, whose light is missing",
             );
         }
         // Delta lights are found only by light sampling, which cannot go by way of a delta lobe, and by light paths.
         let has_both = effects.has(Effect::DeltaLights) && effects.has(Effect::Specular);
         if has_both && technique.samples_lights() && self.most_bounces().is_none() {
             lacks.push(if self.splats() || effects.has(Effect::LightPaths) {
-                "where it is seen in mirrors or through smooth glass, light is missing that other mirrors or glass throw there from point, spot and distant lights"
+                "caustics of point, spot and distant lights that are seen in mirrors or through smooth glass are missing"
             } else {
-                "light is missing that mirrors and smooth glass throw on other surfaces from point, spot and distant lights"
+                "caustics of point, spot and distant lights, by mirrors and smooth glass on other surfaces, are missing"
             });
         }
         (!lacks.is_empty()).then(|| format!("{name}: {}", lacks.join("; ")))
@@ -184,9 +184,9 @@ mod tests {
             assert_eq!(lacks(both), looks && is_transport, "{integrator:?}");
             assert!(!lacks(lights) && !lacks(EffectSet::NONE.with(Effect::Specular)));
         }
-        let [path, both_ends] = [IntegratorKind::Path, IntegratorKind::Bidirectional]
+        let [path, bidirectional] = [IntegratorKind::Path, IntegratorKind::Bidirectional]
             .map(|kind| kind.bias(both).expect("both lack some"));
-        assert!(path.contains("on other surfaces") && both_ends.contains("seen in mirrors"));
+        assert!(path.contains("on other surfaces") && bidirectional.contains("seen in mirrors"));
         let with_light_paths = IntegratorKind::Path.bias(both.with(Effect::LightPaths));
         assert!(with_light_paths.is_some_and(|it| it.contains("seen in mirrors")));
     }

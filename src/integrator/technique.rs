@@ -21,7 +21,7 @@ pub enum EmissionRule {
     Always,
     /// A coin decides between counting the emission, which ends the path, and continuing; each case is divided by its
     /// probability.
-    Coin {
+    Termination {
         /// The probability of ending the path at a surface that emits, below 1.
         lit: f32,
         /// The probability of ending the path at a surface that does not emit, below 1.
@@ -72,7 +72,7 @@ impl Technique {
     /// The first path tracer of the course: half of the paths end at each surface with its emission, the others
     /// continue in a uniform direction.
     pub const NAIVE: Self = Self {
-        emission: EmissionRule::Coin {
+        emission: EmissionRule::Termination {
             lit: 0.5,
             unlit: 0.5,
         },
@@ -83,7 +83,7 @@ impl Technique {
 
     /// The first path tracer with a coin whose probability depends on whether the surface emits.
     pub const EMIT_OR_REFLECT: Self = Self {
-        emission: EmissionRule::Coin {
+        emission: EmissionRule::Termination {
             lit: 0.9,
             unlit: 0.0,
         },
@@ -135,7 +135,7 @@ impl Technique {
 
     /// The technique where no ray is scattered: light sampling alone.
     #[inline(always)]
-    pub const fn by_lights_alone(self) -> Self {
+    pub const fn with_light_sampling_only(self) -> Self {
         Self {
             lights: LightRule::Alone,
             ..self
@@ -145,7 +145,7 @@ impl Technique {
     /// The weight of emission that a ray scattered with density `p_bsdf` has hit. `p_light` is the density of light
     /// sampling for it; `is_chosen` tells whether light sampling chose this light.
     #[inline(always)]
-    pub fn weight_of_scattering(
+    pub fn mis_weight_of_bsdf(
         &self,
         p_bsdf: PdfSolidAngle,
         p_light: impl FnOnce() -> PdfSolidAngle,
@@ -163,7 +163,7 @@ impl Technique {
     /// The weight of light found by light sampling with density `p_light`, where BSDF sampling has the density
     /// `p_bsdf`.
     #[inline(always)]
-    pub fn weight_of_light(&self, p_light: PdfSolidAngle, p_bsdf: PdfSolidAngle) -> f32 {
+    pub fn mis_weight_of_light(&self, p_light: PdfSolidAngle, p_bsdf: PdfSolidAngle) -> f32 {
         match self.lights {
             LightRule::Weighted => planted!(
                 "heuristics-mixed",

@@ -235,21 +235,21 @@ impl Lights {
         let triangles = active.and(|lane| lights.is_triangle.has(lane));
         let spheres = active.and(|lane| lights.is_sphere.has(lane));
         let in_lanes = rectangles.with(&triangles).with(&spheres);
-        let mut singly = active.without(&in_lanes);
+        let mut scalar_lanes = active.without(&in_lanes);
         if rectangles.any() {
             let near =
                 rectangle::sample_lanes(&lights.rectangles, &rectangles, context, p, samples);
-            singly = singly.with(&near);
+            scalar_lanes = scalar_lanes.with(&near);
         }
         if triangles.any() {
             let skew = triangle::sample_lanes(&lights.triangles, &triangles, context, p, samples);
-            singly = singly.with(&skew);
+            scalar_lanes = scalar_lanes.with(&skew);
         }
         if spheres.any() {
             let inside = sphere::sample_lanes(&lights.spheres, &spheres, context, p, samples);
-            singly = singly.with(&inside);
+            scalar_lanes = scalar_lanes.with(&inside);
         }
-        singly
+        scalar_lanes
     }
 
     /// The density of sampling, for a receiver, the point of light `light` at `towards` from it, with normal `normal`,

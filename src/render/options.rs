@@ -218,7 +218,7 @@ pub fn refuse_endless(settings: &RenderSettings) -> Result<()> {
 /// Whether nothing but absorption ends a path.
 fn may_be_endless(settings: &RenderSettings) -> bool {
     let has_coin = settings.integrator.technique().is_some_and(
-        |technique| matches!(technique.emission, EmissionRule::Coin { unlit, .. } if unlit > 0.0),
+        |technique| matches!(technique.emission, EmissionRule::Termination { unlit, .. } if unlit > 0.0),
     );
     let ends = has_coin || settings.integrator == IntegratorKind::AmbientOcclusion;
     settings.roulette() == Roulette::None && settings.most_bounces().is_none() && !ends

@@ -171,7 +171,7 @@ fn seen_from<E: Effects, V: Vector>(
     // On the back, both normals are flipped to the side of `wo` while the shading normal is corrected.
     let side = if wo.dot(ng) < 0.0 { -1.0 } else { 1.0 };
     let normal = if E::ShadingNormals::ON && !is_flat {
-        mend_shading_normal(wo, ng * side, ns * side)
+        correct_shading_normal(wo, ng * side, ns * side)
     } else {
         ng * side
     };
@@ -184,7 +184,7 @@ fn seen_from<E: Effects, V: Vector>(
 /// below the surface: reflections at interpolated normals stay above it, and `wo` is never on the back of the normal.
 /// `wo` is on the side of `ng`.
 #[inline(always)]
-fn mend_shading_normal<V: Vector>(wo: V, ng: V, ns: V) -> V {
+fn correct_shading_normal<V: Vector>(wo: V, ng: V, ns: V) -> V {
     let mirrored = reflect(wo, ns);
     let below = mirrored.dot(ng);
     if (below >= 0.0) & (wo.dot(ns) > 0.0) {
@@ -206,7 +206,7 @@ mod tests {
                 let (a, b) = (i as f32 * 0.1, j as f32 * 0.0314);
                 let wo = Vec3::new(b.sin() * a.cos(), b.sin() * a.sin(), b.cos());
                 let ns = Vec3::new(0.8, 0.0, 0.6);
-                let mended = mend_shading_normal(wo, ng, ns);
+                let mended = correct_shading_normal(wo, ng, ns);
                 assert!((mended.length() - 1.0).abs() < 1e-5);
                 assert!(mended.dot(wo) > 0.0 || b > 1.5, "{wo} {mended}");
                 assert!(reflect(wo, mended).dot(ng) > -1e-3, "{wo} {mended}");
@@ -217,6 +217,6 @@ mod tests {
     #[test]
     fn valid_shading_normal_is_unchanged() {
         let ns = Vec3::new(0.1, 0.0, 0.99).normalize();
-        assert_eq!(mend_shading_normal(Vec3::Z, Vec3::Z, ns), ns);
+        assert_eq!(correct_shading_normal(Vec3::Z, Vec3::Z, ns), ns);
     }
 }

@@ -92,7 +92,7 @@ impl Scene {
         samples: &mut LightSampleLanes,
     ) {
         let is_in_lanes = E::AreaLights::ON && rules.points == PointRule::SolidAngle;
-        let singly = if is_in_lanes {
+        let scalar_lanes = if is_in_lanes {
             let is_adapted = |lane: usize| {
                 let primitive = self.light_primitives.get(context.light[lane] as usize);
                 primitive.is_some_and(Option::is_some)
@@ -109,7 +109,7 @@ impl Scene {
         } else {
             *active
         };
-        for lane in singly.each() {
+        for lane in scalar_lanes.each() {
             let choice = (context.light[lane], Pmf(context.pmf[lane]));
             let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
             let time = context.time[lane];

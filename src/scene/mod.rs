@@ -151,12 +151,12 @@ impl Scene {
     /// Returns the BSDF at an interaction; `None` if the surface absorbs everything.
     #[inline]
     pub fn bsdf<E: Effects>(&self, at: &Interaction<E>) -> Option<Cow<'_, Bsdf>> {
-        (!self.is_dark::<E>(at)).then(|| self.surface::<E>(at))
+        (!self.is_absorbing_side::<E>(at)).then(|| self.surface::<E>(at))
     }
 
     /// Whether an interaction is on the back of a one-sided surface.
     #[inline]
-    pub fn is_dark<E: Effects>(&self, at: &Interaction<E>) -> bool {
+    pub fn is_absorbing_side<E: Effects>(&self, at: &Interaction<E>) -> bool {
         E::OneSided::ON && at.is_behind() && self.material(at.id).is_one_sided()
     }
 

@@ -109,7 +109,7 @@ fn recommendation_is_independent_of_thread_count() {
 #[test]
 fn recommendation_is_the_expected_integrator_for_each_scene() {
     let path = &[IntegratorKind::Path][..];
-    let both_ends = &[IntegratorKind::Bidirectional, IntegratorKind::Metropolis];
+    let bidirectional = &[IntegratorKind::Bidirectional, IntegratorKind::Metropolis];
     for (what, scene, expected, says) in [
         ("matte", matte(), path, "no other integrator"),
         (
@@ -119,7 +119,7 @@ fn recommendation_is_the_expected_integrator_for_each_scene() {
             "no other integrator",
         ),
         ("a small lamp", small_light(), path, "no other integrator"),
-        ("a lamp in a shade", shaded(), both_ends, "rarely find"),
+        ("a lamp in a shade", shaded(), bidirectional, "rarely find"),
         // Light paths find what the mirror throws.
         ("a mirror", mirrored_point(), path, "no other integrator"),
     ] {

@@ -214,7 +214,7 @@ intensity = 2
             integrator,
             IntegratorKind::LightOrRest | IntegratorKind::NextEvent
         );
-        let lacks = bias.contains("no scattered ray can meet point, spot and distant lights");
+        let lacks = bias.contains("scattered rays cannot hit point, spot and distant lights");
         assert_eq!(lacks, !looks, "{bias}");
         assert_eq!(integrator.bias(EffectSet::NONE), None);
     }

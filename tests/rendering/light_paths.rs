@@ -87,8 +87,8 @@ fn light_paths_and_bdpt_agree_on_delta_light_caustics() {
         }
         scene.lights = lit.lights.clone();
         let with = with_light_paths(&scene, LightPathShare::One, 64);
-        let both_ends = settings(&scene, IntegratorKind::Bidirectional, 64);
-        let limited = [with, both_ends].map(|settings| RenderSettings {
+        let bidirectional = settings(&scene, IntegratorKind::Bidirectional, 64);
+        let limited = [with, bidirectional].map(|settings| RenderSettings {
             max_bounces: Some(3),
             ..settings
         });

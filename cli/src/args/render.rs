@@ -118,7 +118,7 @@ pub struct RenderArguments {
     /// Light paths beside the camera paths of the integrator path. Affects noise and time, not the mean. Default: the
     /// scene's, or auto.
     ///
-    /// They find the light that glass and metal throw onto other surfaces, also from point lights. off: none. 1/4, 1/2, 1,
+    /// They find caustics of glass and metal, also those of point lights. off: none. 1/4, 1/2, 1,
     /// 2: this number for each camera path. auto: 1/4 where a pilot shows that camera paths alone have more than 1.25 times
     /// the squared error, else off; off with --roulette none.
     #[arg(long, value_parser = named(LightPathRule::ALL, LightPathRule::name))]

@@ -15,6 +15,9 @@ use std::ptr;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// The environment variable with more of Embree's options, such as `isa=avx2`.
+const OPTIONS: &str = "ETENDUE_EMBREE";
+
 /// The state that Embree's callbacks write to, from any of its threads.
 #[derive(Debug)]
 struct Monitor {
@@ -39,7 +42,8 @@ unsafe impl Sync for Device {}
 impl Device {
     /// Creates a device that builds with `threads` threads, or with one per core if there are fewer cores. The limit
     /// applies to the process: of several live devices, the largest counts. The device may use as much memory as the
-    /// machine has available.
+    /// machine has available. The environment variable `ETENDUE_EMBREE` may have more of Embree's options: with `isa=avx2`
+    /// it traces rays as on a processor without AVX-512.
     ///
     /// # Errors
     /// If Embree cannot create a device.
@@ -49,8 +53,9 @@ impl Device {
 
     /// Creates a device that may use at most this many bytes of memory.
     fn with_memory(threads: usize, most: Option<u64>) -> Result<Arc<Self>> {
-        let config =
-            CString::new(format!("threads={threads}")).expect("a formatted number has no NUL byte");
+        let options = std::env::var(OPTIONS).unwrap_or_default();
+        let config = CString::new(format!("threads={threads},{options}"))
+            .expect("neither a number nor the environment has a NUL byte");
         // SAFETY: `config` is a NUL-terminated string that lives through the call.
         let handle = unsafe { rtcNewDevice(config.as_ptr()) };
         if handle.is_null() {

@@ -191,7 +191,7 @@ impl<'a, E: Effects> Vertex<'a, E> {
         let seen = self.at.facing(to_camera, self.transmits);
         let [wo, wi] = [to_camera, to_light].map(|w| seen.frame.to_local(w));
         let is_transmitted = wi.z * wo.z < 0.0;
-        let is_lit = seen.agrees(to_light, is_transmitted) && !scene.is_dark(&seen);
+        let is_lit = seen.agrees(to_light, is_transmitted) && !scene.is_absorbing_side(&seen);
         is_lit.then_some((seen, is_transmitted))
     }
 }

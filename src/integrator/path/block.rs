@@ -17,7 +17,7 @@ use crate::math::vec::{Vec3, Vector};
 use crate::planted::planted;
 use crate::scene::interaction::Interaction;
 
-/// The light that no light sampling has chosen.
+/// Marks a path for which no light was sampled.
 const NO_LIGHT: u32 = u32::MAX;
 
 /// Sixteen paths.
@@ -123,7 +123,7 @@ impl<E: Effects> PathBlock<E> {
             eta_scale[lane] = 1.0;
         }
         self.set_light_path_ratio(lane, 0.0);
-        self.scatter_from(lane, None);
+        self.set_prev_vertex(lane, None);
         self.chosen[lane] = NO_LIGHT;
         self.closest_rays[lane] = 0;
         self.shadow_rays[lane] = 0;
@@ -181,7 +181,7 @@ impl<E: Effects> PathBlock<E> {
 
     /// The last scattering event as a receiver of light, and the density of its direction.
     #[inline(always)]
-    pub fn scattered_from(&self, lane: usize) -> Option<(Receiver, PdfSolidAngle)> {
+    pub fn prev_vertex(&self, lane: usize) -> Option<(Receiver, PdfSolidAngle)> {
         let pdf = self.pdf[lane];
         (pdf < f32::INFINITY).then(|| {
             let normal = self.from_normal.get();
@@ -195,17 +195,17 @@ impl<E: Effects> PathBlock<E> {
 
     /// Sets the last scattering event as a receiver of light, and the density of its direction.
     #[inline(always)]
-    pub fn scatter_from(&mut self, lane: usize, from: Option<(Receiver, PdfSolidAngle)>) {
+    pub fn set_prev_vertex(&mut self, lane: usize, from: Option<(Receiver, PdfSolidAngle)>) {
         let camera = (Receiver::default(), PdfSolidAngle(f32::INFINITY));
         let (receiver, pdf) = from.unwrap_or(camera);
         store(&mut self.from, lane, receiver.p);
-        self.set_from_normal(lane, receiver.normal);
+        self.set_prev_normal(lane, receiver.normal);
         self.pdf[lane] = pdf.0;
     }
 
     /// Sets the normal of the last scattering event as a receiver of light.
     #[inline(always)]
-    pub fn set_from_normal(&mut self, lane: usize, normal: impl Into<[f32; 3]>) {
+    pub fn set_prev_normal(&mut self, lane: usize, normal: impl Into<[f32; 3]>) {
         if let Some(to) = self.from_normal.get_mut() {
             store(to, lane, normal);
         }
@@ -264,10 +264,10 @@ impl<E: Effects> PathBlock<E> {
         }
     }
 
-    /// Sets the extension ray of a lane along `wi`, with the exclusion that holds for flat shapes, and the density of
+    /// Sets the extension ray of a lane along `wi`, with the excluded primitive, which for flat shapes needs no distance, and the density of
     /// `wi`, infinite for a delta lobe. Free of branches.
     #[inline(always)]
-    pub fn leave<V: Vector>(
+    pub fn spawn_extension_ray<V: Vector>(
         &mut self,
         lane: usize,
         at: &Interaction<E, V>,

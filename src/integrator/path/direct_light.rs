@@ -41,10 +41,10 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             context,
             samples,
             lights,
-            to_shadow,
+            shadow_ray_lanes,
             ..
         } = &mut stage.direct_light;
-        *to_shadow = ActiveLanes::NONE;
+        *shadow_ray_lanes = ActiveLanes::NONE;
         if !technique.samples_lights() || scene.lights.is_empty() {
             return ActiveLanes::NONE;
         }
@@ -109,7 +109,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             return;
         }
         for lane in lit.each() {
-            if !direct_light.to_shadow.has(lane) {
+            if !direct_light.shadow_ray_lanes.has(lane) {
                 wavefront.observer.unlit();
                 continue;
             }
@@ -169,7 +169,7 @@ fn reflected<E: Effects>(
         (1.0, pmf / pdf)
     } else {
         (
-            technique.weight_of_light(PdfSolidAngle(pdf), value.pdf),
+            technique.mis_weight_of_light(PdfSolidAngle(pdf), value.pdf),
             1.0 / pdf,
         )
     };
@@ -212,7 +212,7 @@ vectorised! {
         for lane in 0..LANES {
             let samples = &direct_light.samples;
             let technique = if cached.has(lane) {
-                technique.technique().by_lights_alone()
+                technique.technique().with_light_sampling_only()
             } else {
                 technique.technique()
             };
@@ -236,7 +236,7 @@ vectorised! {
             direct_light.shadow.set(lane, &ray);
             let time = block.packet.rays.time[lane];
             direct_light.shadow.time[lane] = planted!("shadows-as-the-shutter-opens", 0.0, time);
-            direct_light.to_shadow.set(lane, is_lit);
+            direct_light.shadow_ray_lanes.set(lane, is_lit);
             block.count_rays(lane, false, is_lit);
         }
     }
@@ -244,7 +244,7 @@ vectorised! {
 
 /// Sets the shadow rays to lights that are not surfaces.
 fn set_other_ends<E: Effects>(at: &InteractionLanes<E>, direct_light: &mut DirectLightLanes) {
-    for lane in direct_light.to_shadow.each() {
+    for lane in direct_light.shadow_ray_lanes.each() {
         if direct_light.samples.end[lane] == ShadowRayEndKind::Surface as u32 {
             continue;
         }

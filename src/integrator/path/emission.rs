@@ -1,4 +1,4 @@
-//! The stage where rays arrive: surface interactions, emission with its MIS weight, and the ends of paths.
+//! The first stage of a bounce: surface interactions, emission with its MIS weight, and the ends of paths.
 //!
 //! Measure: radiance.
 //! Range: any block of paths whose rays have been traced.
@@ -9,7 +9,7 @@ use super::super::observer::{PathObserver, PathVertex};
 use super::super::technique::{EmissionRule, Technique, TechniqueSource};
 use super::block::PathBlock;
 use super::shading::StageScratch;
-use super::simple_techniques::toss;
+use super::simple_techniques::sample_termination;
 use super::{PathIntegrator, PathWavefront};
 use crate::effects::{Effects, Switch};
 use crate::light::types::Receiver;
@@ -87,7 +87,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             at.special_lanes(&found)
         };
         for lane in special.each() {
-            if self.ends_at::<E, S, O>(wavefront, block, at, lane, technique) {
+            if self.add_surface_emission::<E, S, O>(wavefront, block, at, lane, technique) {
                 wavefront.observer.absorbed();
                 block.active.set(lane, false);
             }
@@ -101,9 +101,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 
     /// Adds the emission at the surface of one path, weighted against light sampling. Returns whether the path ends: by the
-    /// coin of its technique, or on the back of a one-sided surface.
+    /// rule of its technique, or on the back of a one-sided surface.
     #[inline(always)]
-    fn ends_at<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn add_surface_emission<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         wavefront: &mut PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
@@ -115,12 +115,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let (at, beta): (Interaction<E>, Rgb) = (at.get(lane), load(&block.beta, lane));
         let emitted = scene.emitted(&at);
         let sampler = &mut wavefront.samplers[block.path[lane] as usize];
-        let coin = toss::<S>(technique, emitted, sampler, wavefront.bounce);
+        let termination = sample_termination::<S>(technique, emitted, sampler, wavefront.bounce);
         if let Some(emitted) = emitted {
             let time = block.packet.rays.time[lane];
             let chosen = block.chosen(lane);
             let choice = self.light_choice;
-            let weight = weight_of_scattering(
+            let weight = mis_weight_of_bsdf(
                 block,
                 lane,
                 technique,
@@ -128,16 +128,23 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 || chosen.is_some() && scene.light_of(&at) == chosen,
             );
             let weight = if E::LightPaths::ON {
-                power_heuristic_with_third(weight, self.over_emission(scene, block, lane, &at))
+                power_heuristic_with_third(
+                    weight,
+                    self.light_path_ratio_at_emitter(scene, block, lane, &at),
+                )
             } else {
                 weight
             };
-            let contribution = beta * emitted * (weight * coin.taken);
+            let contribution = beta * emitted * (weight * termination.emission_factor);
             wavefront.observer.emission(contribution, weight);
             block.add(lane, contribution);
         }
-        store(&mut block.beta, lane, beta * coin.left);
-        coin.ends || scene.is_dark(&at)
+        store(
+            &mut block.beta,
+            lane,
+            beta * termination.continuation_factor,
+        );
+        termination.ends || scene.is_absorbing_side(&at)
     }
 
     /// The radiance of the environment along the ray of a path, with its MIS weight.
@@ -160,9 +167,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 pmf * environment.pdf
             };
             let is_chosen = || Some(light) == block.chosen(lane);
-            let mut weight = weight_of_scattering(block, lane, technique, p_light, is_chosen);
+            let mut weight = mis_weight_of_bsdf(block, lane, technique, p_light, is_chosen);
             if E::LightPaths::ON {
-                let ratio = self.over_environment(scene, block, lane, dir, light);
+                let ratio = self.light_path_ratio_at_environment(scene, block, lane, dir, light);
                 weight = power_heuristic_with_third(weight, ratio);
             }
             radiance += environment.radiance * weight;
@@ -173,15 +180,15 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
 
 /// The MIS weight of light found by scattering, where light sampling has the density `p_light`.
 #[inline]
-fn weight_of_scattering<E: Effects>(
+fn mis_weight_of_bsdf<E: Effects>(
     block: &PathBlock<E>,
     lane: usize,
     technique: Technique,
     p_light: impl FnOnce(Receiver) -> PdfSolidAngle,
     is_chosen: impl FnOnce() -> bool,
 ) -> f32 {
-    match block.scattered_from(lane) {
-        Some((from, p_bsdf)) => technique.weight_of_scattering(p_bsdf, || p_light(from), is_chosen),
+    match block.prev_vertex(lane) {
+        Some((from, p_bsdf)) => technique.mis_weight_of_bsdf(p_bsdf, || p_light(from), is_chosen),
         None => 1.0,
     }
 }

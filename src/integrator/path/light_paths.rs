@@ -36,7 +36,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
 
     /// Computes the densities of light paths at the surfaces of a block, whose BSDFs are sampled, and at the light samples
     /// of the lanes `lit`.
-    pub(super) fn weigh_against_light_paths<E: Effects, S, O: PathObserver + ?Sized>(
+    pub(super) fn compute_light_path_ratios<E: Effects, S, O: PathObserver + ?Sized>(
         &self,
         wavefront: &PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
@@ -122,7 +122,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 
     /// Multiplies the ratios of the paths of a block by the factors of the surfaces that they leave.
-    pub(super) fn pass_ratios<E: Effects>(
+    pub(super) fn update_ratios<E: Effects>(
         &self,
         block: &mut PathBlock<E>,
         stage: &StageScratch<E>,
@@ -137,7 +137,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
 
     /// Multiplies the ratios of camera paths by the factors of the surfaces that they leave, and sets them to zero
     /// where no light path finds the path.
-    pub(super) fn pass_light_path_ratios<E: Effects>(
+    pub(super) fn update_light_path_ratios<E: Effects>(
         &self,
         bounce: u32,
         block: &mut PathBlock<E>,
@@ -146,7 +146,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if !self.has_light_paths::<E>() {
             return;
         }
-        self.pass_ratios(block, stage);
+        self.update_ratios(block, stage);
         let (at, scattering) = (&stage.at, &stage.scattering);
         let delta = block
             .active
@@ -162,7 +162,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 
     /// The ratio of the densities of a light path and of the path that has hit an emitting surface.
-    pub(super) fn over_emission<E: Effects>(
+    pub(super) fn light_path_ratio_at_emitter<E: Effects>(
         &self,
         scene: &Scene,
         block: &PathBlock<E>,
@@ -190,7 +190,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
 
     /// The ratio of the densities of a light path and of the path that has left the scene along `dir` to the environment
     /// map, which is this light.
-    pub(super) fn over_environment<E: Effects>(
+    pub(super) fn light_path_ratio_at_environment<E: Effects>(
         &self,
         scene: &Scene,
         block: &PathBlock<E>,
@@ -258,18 +258,19 @@ fn reverse_densities<E: Effects>(
         replace(active, &mut lanes.of_scattered, pdf);
     }
     for lane in active.each() {
-        let is_single = bsdfs.singly.has(lane);
+        let is_single = bsdfs.scalar_lanes.has(lane);
         let of_lane: Interaction<E> = at.get(lane);
         let wi = of_lane.frame.to_world(load(&scattering.wi, lane));
-        let may_be_mended = |wi: Vec3| {
+        let may_have_corrected_normal = |wi: Vec3| {
             !of_lane.is_flat() && (of_lane.is_tilted() || facing(at, lane, wi).is_tilted())
         };
         let is_delta = scattering.pdf[lane] == f32::INFINITY;
-        if scattering.sampled.has(lane) && !is_delta && (is_single || may_be_mended(wi)) {
+        if scattering.sampled.has(lane) && !is_delta && (is_single || may_have_corrected_normal(wi))
+        {
             lanes.of_scattered[lane] = reverse_density(scene, at, lane, wi);
         }
         let wi = load(to_light, lane);
-        if lit.has(lane) && (is_single || may_be_mended(wi)) {
+        if lit.has(lane) && (is_single || may_have_corrected_normal(wi)) {
             lanes.of_light_samples[lane] = reverse_density(scene, at, lane, wi);
         }
     }

@@ -6,11 +6,10 @@
 //!   L = sum_k  beta_k [ w_bsdf Le(x_k) + w_light f(x_k) |cos| Le(y) V(x_k, y) / p_light(y) ],
 //!   beta_k = prod_{j<k} f(x_j) |cos| / p_bsdf / q_j,
 //!
-//! where y is a sampled point on a light, the two ways of reaching a light are weighted by the power heuristic of their
+//! where y is a sampled point on a light, the two techniques that reach a light are weighted by the power heuristic of their
 //! densities (other techniques: by 0 or 1), and q_j is the survival probability of Russian roulette. Where a coin ends
 //! the path with its surface's emission with probability p, the emission is divided by p and all later contributions by
-//! 1 - p. Light sampling finds nothing by way of a delta lobe, nor the constant environment, which is not a light that
-//! is sampled: there w_bsdf = 1. Scattered rays cannot hit delta lights: there w_light = 1.
+//! 1 - p. Light sampling applies neither to delta lobes nor to the constant environment: there w_bsdf = 1. Scattered rays cannot hit delta lights: there w_light = 1.
 //!
 //! The integrator is compiled for the effects `E`; kernels for other effects give the same numbers.
 //!
@@ -52,7 +51,7 @@ use reuse::ReuseScratch;
 use shading::StageScratch;
 use std::slice;
 
-/// The number of paths in a wavefront: enough that the last block, which is rarely full, does not count; few enough, at
+/// The number of paths in a wavefront: enough for the cost of a partly filled last block to be negligible; few enough, at
 /// some 200 bytes each, to stay in a processor's second-level cache.
 pub const WAVEFRONT_SIZE: usize = 512;
 
@@ -141,7 +140,7 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
             observer,
             bounce: 0,
         };
-        self.follow(wavefront, scratch);
+        self.trace_wavefront(wavefront, scratch);
         if self.reuses::<E>() {
             scratch.reuse.distribute(samples);
         }
@@ -168,12 +167,12 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
 }
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
-    /// Traces the paths that have begun to their ends, given the closest hits on their first rays, and stores the radiance
+    /// Traces all paths of a wavefront until they end, given the closest hits on their first rays, and stores the radiance
     /// in their samples.
     ///
     /// All paths are taken to their next vertex, block by block; then the last paths replace those that have ended, so that
     /// all blocks but one are full, and the rays are traced.
-    pub fn follow<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    pub fn trace_wavefront<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         mut wavefront: PathWavefront<'_, S, O>,
         scratch: &mut PathScratch<E>,
@@ -187,7 +186,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         stage.direct_light.lights.clear();
         while !paths.is_empty() {
             for block in paths.blocks_mut() {
-                self.advance(&mut wavefront, block, stage, reuse);
+                self.advance_block(&mut wavefront, block, stage, reuse);
             }
             paths.compact();
             for block in paths.blocks_mut() {
@@ -197,9 +196,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
     }
 
-    /// Takes the paths of a block to their next vertices: adds the light that arrives there, and sets the extension rays of
-    /// the paths that continue.
-    fn advance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    /// Processes one bounce of a block: adds emission and direct light, and sets the extension rays of the paths that
+    /// continue.
+    fn advance_block<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         wavefront: &mut PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
@@ -213,7 +212,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             if self.reuses::<E>() {
                 let StageScratch { at, bsdfs, .. } = &*stage;
                 match wavefront.bounce {
-                    0 => reuse.keep_first(block, at, bsdfs),
+                    0 => reuse.store_first_hits(block, at, bsdfs),
                     1 => reuse.share(wavefront.scene, self.reuse, block, at, bsdfs),
                     _ => {}
                 }
@@ -226,7 +225,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let lit = self.sample_lights(wavefront, block, stage, &states);
             let decision = Decision::Bsdf(wavefront.bounce);
             self.sample_bsdfs(wavefront, block, stage, &states, &lit, decision);
-            self.weigh_against_light_paths(wavefront, block, stage, &lit);
+            self.compute_light_path_ratios(wavefront, block, stage, &lit);
             self.estimate_direct_light(wavefront, block, stage, &lit, &cached.lanes);
             if wavefront.observer.is_sequential() {
                 wavefront.trace_shadow_rays(block, stage);
@@ -243,7 +242,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 Decision::Roulette(wavefront.bounce)
             );
             self.scatter(wavefront, block, stage, &states, decision);
-            self.pass_light_path_ratios(wavefront.bounce, block, stage);
+            self.update_light_path_ratios(wavefront.bounce, block, stage);
             if !wavefront.observer.is_sequential() {
                 wavefront.trace_shadow_rays(block, stage);
             }
@@ -322,7 +321,7 @@ impl Cached {
     };
 }
 
-/// The context of a wavefront of paths, all of which have scattered equally often.
+/// The context of a wavefront of paths, all at the same bounce.
 pub struct PathWavefront<'a, S, O: ?Sized> {
     /// The scene.
     pub scene: &'a Scene,
@@ -337,7 +336,7 @@ pub struct PathWavefront<'a, S, O: ?Sized> {
 }
 
 impl<S, O: PathObserver + ?Sized> PathWavefront<'_, S, O> {
-    /// Traces the extension rays of a block. Observers see them in the order in which their hits will arrive.
+    /// Traces the extension rays of a block. Observers see them in the order in which their hits are processed.
     fn trace_extension_rays<E: Effects>(&mut self, block: &mut PathBlock<E>) {
         let observed = if self.observer.is_observing() {
             block.active
@@ -345,7 +344,7 @@ impl<S, O: PathObserver + ?Sized> PathWavefront<'_, S, O> {
             ActiveLanes::NONE
         };
         for lane in observed.each() {
-            let is_delta = block.scattered_from(lane).is_none();
+            let is_delta = block.prev_vertex(lane).is_none();
             let kind = RayKind::extension(self.bounce, is_delta);
             let (ray, time) = block.packet.ray(lane);
             self.observer.traced(kind, &ray, time);
@@ -361,15 +360,15 @@ impl<S, O: PathObserver + ?Sized> PathWavefront<'_, S, O> {
         stage: &mut StageScratch<E>,
     ) {
         let lights = &mut stage.direct_light;
-        if !lights.to_shadow.any() {
+        if !lights.shadow_ray_lanes.any() {
             return;
         }
         let visible = self
             .scene
-            .visibilities::<E>(&lights.to_shadow, &mut lights.shadow);
-        block.add_visible(&lights.to_shadow, &lights.contribution, &visible);
+            .visibilities::<E>(&lights.shadow_ray_lanes, &mut lights.shadow);
+        block.add_visible(&lights.shadow_ray_lanes, &lights.contribution, &visible);
         if self.observer.is_observing() {
-            for lane in lights.to_shadow.each() {
+            for lane in lights.shadow_ray_lanes.each() {
                 let contribution = load(&lights.contribution, lane);
                 let weight = lights.weight[lane];
                 self.observer.light(contribution, weight, visible[lane]);

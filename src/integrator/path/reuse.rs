@@ -13,7 +13,7 @@
 //! where L is the radiance that y_j reflects and q_j the probability with which path j has survived roulette at x_j. The
 //! weights g_j / sum_k g_k of the ways to find one y add up to one, and no term grows as y_j comes near to x_i, since
 //! the same distance is in the denominator. The denominator holds the visibilities as well: without them, the pixels
-//! that cannot find y would be counted. The path beyond y_j is traced once, with its throughput begun anew as the sum of
+//! that cannot find y would be counted. The path beyond y_j is traced once, with its throughput reset to the sum of
 //! these factors over i, so that roulette sees the light that all pixels take. Emission of y_j and direct light at x_i,
 //! which have their own weights, are not shared.
 //!
@@ -77,14 +77,14 @@ impl<E: Effects> Default for SharedPaths<E> {
 #[derive(Debug)]
 pub struct ReuseScratch<E: Effects> {
     packets: Vec<SharedPaths<E>>,
-    coupling: Coupling,
+    connections: Connections,
 }
 
 impl<E: Effects> Default for ReuseScratch<E> {
     fn default() -> Self {
         Self {
             packets: Vec::new(),
-            coupling: Coupling::default(),
+            connections: Connections::default(),
         }
     }
 }
@@ -92,7 +92,7 @@ impl<E: Effects> Default for ReuseScratch<E> {
 /// The couplings of sixteen pixels to one second surface.
 #[repr(align(64))]
 #[derive(Debug, Default)]
-struct Coupling {
+struct Connections {
     /// The densities by which the pixels find the surface, if nothing occludes it; zero where one cannot.
     density: Lanes<f32>,
     /// The factors f |cos| |cos| / r^2 of the radiance that the surface reflects.
@@ -122,7 +122,7 @@ impl<E: Effects> ReuseScratch<E> {
     }
 
     /// Keeps the first surfaces of a block of paths, if these are those of a whole packet of pixels.
-    pub(super) fn keep_first(
+    pub(super) fn store_first_hits(
         &mut self,
         block: &PathBlock<E>,
         at: &InteractionLanes<E>,
@@ -176,7 +176,7 @@ impl<E: Effects> ReuseScratch<E> {
                 (path % LANES, pixels),
                 &at,
                 (lane, &mut *block),
-                &mut self.coupling,
+                &mut self.connections,
             );
         }
     }
@@ -207,7 +207,7 @@ impl<E: Effects> SharedPaths<E> {
         (path, pixels): (usize, ActiveLanes<LANES>),
         at: &Interaction<E, LaneVec3>,
         (lane, block): (usize, &mut PathBlock<E>),
-        coupling: &mut Coupling,
+        connections: &mut Connections,
     ) {
         let second = Second {
             point: SurfacePoint {
@@ -218,12 +218,12 @@ impl<E: Effects> SharedPaths<E> {
             },
             facing: at.exit_normal(false),
         };
-        couple::<E>(&pixels, &self.first, &self.reflectance, second, coupling);
-        let Coupling {
+        evaluate_connections::<E>(&pixels, &self.first, &self.reflectance, second, connections);
+        let Connections {
             density,
             factor,
             rays,
-        } = coupling;
+        } = connections;
         if density[path] == 0.0 {
             return;
         }
@@ -274,12 +274,12 @@ impl<E: Effects> SharedPaths<E> {
 
 vectorised! {
     /// The couplings of the pixels to a second surface.
-    fn couple<E: Effects>(
+    fn evaluate_connections<E: Effects>(
         pixels: &ActiveLanes<LANES>,
         first: &InteractionLanes<E>,
         reflectance: &Lanes3,
         second: Second,
-        coupling: &mut Coupling,
+        connections: &mut Connections,
     ) {
         for lane in 0..LANES {
             let at: Interaction<E, LaneVec3> = first.get(lane);
@@ -297,13 +297,13 @@ vectorised! {
                 & at.agrees(wi, false)
                 & (density > 0.0)
                 & (density < f32::INFINITY);
-            coupling.density[lane] = if reaches { density } else { 0.0 };
+            connections.density[lane] = if reaches { density } else { 0.0 };
             let factor = f * (wi_local.z().abs() * area);
             let none = Rgb::<LaneVec3>::from([0.0; 3]);
-            store(&mut coupling.factor, lane, if reaches { factor } else { none });
+            store(&mut connections.factor, lane, if reaches { factor } else { none });
             let ray = at.ray_to_surface(&second.point, wi, false);
-            coupling.rays.set(lane, &ray);
-            coupling.rays.time[lane] = 0.0;
+            connections.rays.set(lane, &ray);
+            connections.rays.time[lane] = 0.0;
         }
     }
 }

@@ -67,7 +67,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         {
             sample_principled(scene, at, stage, lit, direct_light, scattering);
         }
-        for lane in bsdfs.singly.each() {
+        for lane in bsdfs.scalar_lanes.each() {
             let at: Interaction<E> = at.get(lane);
             let bsdf = scene.surface(&at);
             let bound = bsdf.seen_from::<E>(at.frame.to_local(at.wo));
@@ -185,7 +185,7 @@ fn sample_principled<E: Effects>(
         bsdf.sample_multiple(u)
     };
     bsdfs.sample(active, numbers, cosine_direction, sample_multiple, sampled);
-    mirror_down(wo, &mut sampled.wi, scattering, active);
+    flip_to_side_of_wo(wo, &mut sampled.wi, scattering, active);
     bsdfs.eval(&sampled.wi, f, pdf);
     weigh(active, &sampled.wi, f, pdf, scattering);
     for lane in active.each() {
@@ -223,7 +223,7 @@ vectorised! {
 
 vectorised! {
     /// Flips sampled directions to the side of `wo`, and marks the lanes whose direction was sampled above the surface.
-    fn mirror_down(
+    fn flip_to_side_of_wo(
         wo: &Lanes3,
         wi: &mut Lanes3,
         scattering: &mut ScatteringLanes,
@@ -358,8 +358,8 @@ vectorised! {
             }
             store(&mut block.beta, lane, beta);
             let pdf = scattering.pdf[lane];
-            block.set_from_normal(lane, of_lanes.receiver_normal(lane));
-            block.leave(lane, &at, wi, pdf, is_transmitted);
+            block.set_prev_normal(lane, of_lanes.receiver_normal(lane));
+            block.spawn_extension_ray(lane, &at, wi, pdf, is_transmitted);
             let continues = is_scattered & !ends;
             block.active.set(lane, continues);
             block.count_rays(lane, continues, false);

@@ -62,7 +62,7 @@ pub struct DirectLightLanes {
     pub weight: Lanes<f32>,
     pub shadow: RayLanes<LANES>,
     /// The lanes with a shadow ray.
-    pub to_shadow: ActiveLanes<LANES>,
+    pub shadow_ray_lanes: ActiveLanes<LANES>,
     /// The selected lights.
     pub lights: LightLanes,
 }
@@ -79,7 +79,7 @@ impl Default for DirectLightLanes {
             contribution: [zero; 3],
             weight: zero,
             shadow: RayLanes::default(),
-            to_shadow: ActiveLanes::NONE,
+            shadow_ray_lanes: ActiveLanes::NONE,
             lights: LightLanes::default(),
         }
     }
@@ -162,7 +162,7 @@ impl Default for LightPathLanes {
 #[derive(Debug)]
 pub struct BsdfLanes<E: Effects> {
     /// The lanes whose BSDF is not evaluated in lanes.
-    pub singly: ActiveLanes<LANES>,
+    pub scalar_lanes: ActiveLanes<LANES>,
     /// The lanes whose BSDF has delta lobes alone.
     pub delta: ActiveLanes<LANES>,
     /// The reflectances of the lanes whose BSDF is diffuse and evaluated in lanes.
@@ -203,7 +203,7 @@ impl Default for PrincipledStage {
 impl<E: Effects> Default for BsdfLanes<E> {
     fn default() -> Self {
         Self {
-            singly: ActiveLanes::NONE,
+            scalar_lanes: ActiveLanes::NONE,
             delta: ActiveLanes::NONE,
             reflectance: [[0.0; LANES]; 3],
             principled: Slot::new(PrincipledStage::default),
@@ -212,16 +212,16 @@ impl<E: Effects> Default for BsdfLanes<E> {
 }
 
 impl<E: Effects> BsdfLanes<E> {
-    /// Looks up the BSDFs of the active lanes. If `all_singly`, none is evaluated in lanes.
+    /// Looks up the BSDFs of the active lanes. If `all_scalar`, none is evaluated in lanes.
     #[inline(always)]
     pub fn look_up(
         &mut self,
         scene: &Scene,
         active: &ActiveLanes<LANES>,
         at: &InteractionLanes<E>,
-        all_singly: bool,
+        all_scalar: bool,
     ) {
-        self.singly = ActiveLanes::NONE;
+        self.scalar_lanes = ActiveLanes::NONE;
         self.delta = ActiveLanes::NONE;
         if let Some(principled) = self.principled.get_mut() {
             principled.active = ActiveLanes::NONE;
@@ -231,16 +231,16 @@ impl<E: Effects> BsdfLanes<E> {
             let at: Interaction<E> = at.get(lane);
             let material = scene.material(at.id);
             let uv = at.uv.or(Vec2::ZERO);
-            if !all_singly && let Some(reflectance) = material.diffuse::<E>(uv) {
+            if !all_scalar && let Some(reflectance) = material.diffuse::<E>(uv) {
                 store(&mut self.reflectance, lane, reflectance);
-            } else if !all_singly
+            } else if !all_scalar
                 && let Some(stage) = self.principled.get_mut()
                 && let Some((bsdf, place)) = material.rough::<E>(uv)
             {
                 stage.active.set(lane, true);
                 stage.bsdfs.set(lane, &bsdf, place);
             } else {
-                self.singly.set(lane, true);
+                self.scalar_lanes.set(lane, true);
                 self.delta.set(lane, material.is_delta::<E>());
             }
         }
@@ -248,7 +248,7 @@ impl<E: Effects> BsdfLanes<E> {
 
     /// Those of the given lanes whose BSDF is diffuse and evaluated in lanes.
     pub fn matte(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
-        let rest = lanes.without(&self.singly);
+        let rest = lanes.without(&self.scalar_lanes);
         match self.principled.get() {
             Some(stage) => rest.without(&stage.active),
             None => rest,

@@ -13,41 +13,43 @@ use crate::math::rgb::Rgb;
 use crate::sampler::{Decision, Sampler};
 use crate::sampling::warp::{PDF_SPHERE_UNIFORM, sample_sphere_uniform};
 
-/// The outcome of the coin that decides whether a path ends with a surface's emission, and the factors of both cases.
-pub(super) struct Coin {
+/// Whether a path ends at random with a surface's emission, and the factors of both cases.
+pub(super) struct Termination {
     /// Whether the path ends.
     pub(super) ends: bool,
     /// The factor of the emission: one over the probability of counting it, or 0 if it is not counted.
-    pub(super) taken: f32,
+    pub(super) emission_factor: f32,
     /// The factor of the continuing path: one over the probability of continuing.
-    pub(super) left: f32,
+    pub(super) continuation_factor: f32,
 }
 
-/// Tosses the technique's coin, if it has one.
+/// Decides whether the path ends, by the technique's probability, if it has one.
 #[inline(always)]
-pub(super) fn toss<S: Sampler>(
+pub(super) fn sample_termination<S: Sampler>(
     technique: Technique,
     emitted: Option<Rgb>,
     sampler: &mut S,
     bounce: u32,
-) -> Coin {
+) -> Termination {
     let p = match technique.emission {
         EmissionRule::Always => {
-            return Coin {
+            return Termination {
                 ends: false,
-                taken: 1.0,
-                left: 1.0,
+                emission_factor: 1.0,
+                continuation_factor: 1.0,
             };
         }
-        EmissionRule::Coin { lit, .. } if emitted.is_some_and(|light| !light.is_black()) => lit,
-        EmissionRule::Coin { unlit, .. } => unlit,
+        EmissionRule::Termination { lit, .. } if emitted.is_some_and(|light| !light.is_black()) => {
+            lit
+        }
+        EmissionRule::Termination { unlit, .. } => unlit,
     };
     let [u] = sampler.draw(Decision::Emission(bounce));
     let ends = u < p;
-    Coin {
+    Termination {
         ends,
-        taken: if ends { 1.0 / p } else { 0.0 },
-        left: 1.0 / (1.0 - p),
+        emission_factor: if ends { 1.0 / p } else { 0.0 },
+        continuation_factor: 1.0 / (1.0 - p),
     }
 }
 

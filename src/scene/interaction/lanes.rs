@@ -276,7 +276,7 @@ impl Scene {
     ) -> ActiveLanes<LANES> {
         let SurfaceScratch(triangles) = scratch;
         let mut found = active.and(|lane| packet.hits.geometry[lane] != NO_ID);
-        let mut singly = ActiveLanes::<LANES>::NONE;
+        let mut scalar_lanes = ActiveLanes::<LANES>::NONE;
         for lane in found.each() {
             let shape = packet.hits.geometry[lane];
             let traits = self.shapes[shape as usize].traits;
@@ -285,18 +285,18 @@ impl Scene {
                 Some(Geometry::Mesh(mesh)) => {
                     triangles.set(lane, mesh, packet.hits.primitive[lane], traits);
                 }
-                _ => singly.set(lane, true),
+                _ => scalar_lanes.set(lane, true),
             }
         }
         let outside = self::interactions::<E>(triangles, packet, interactions);
-        let singly = found.and(|lane| {
+        let scalar_lanes = found.and(|lane| {
             let has_alpha =
                 E::Alpha::ON & (interactions.traits[lane] & ShapeTraits::HAS_ALPHA != 0);
             let has_normal_map =
                 E::NormalMaps::ON & (interactions.traits[lane] & ShapeTraits::HAS_NORMAL_MAP != 0);
-            (outside[lane] != 0) | singly.has(lane) | has_alpha | has_normal_map
+            (outside[lane] != 0) | scalar_lanes.has(lane) | has_alpha | has_normal_map
         });
-        for lane in singly.each() {
+        for lane in scalar_lanes.each() {
             let (ray, time) = packet.ray(lane);
             let (excluded, hit) = (excluded.get(lane), packet.hit(lane));
             let (ray, u_alpha) = if E::Alpha::ON {

@@ -51,7 +51,7 @@ pub fn of_findings(findings: &Findings<'_>) -> String {
             (plot::figures(&plots::trust(findings)))
             @for text in reference_shares(findings) { p.caption { (prose(&text)) } }
         }
-        section #anatomy {
+        section #cost_sources {
             h2 { "5. Breakdown of time and variance" }
             (path_charts(findings))
             (tabled(&tables::bounces(findings)))
@@ -75,7 +75,7 @@ fn contents() -> Markup {
         ("verdict", "Verdict"),
         ("errors", "Error against samples"),
         ("trust", "Reliability"),
-        ("anatomy", "Time and variance"),
+        ("cost_sources", "Time and variance"),
         ("better", "Cost of a smaller error"),
         ("again", "How to reproduce it"),
     ];

@@ -73,7 +73,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         } = stage;
         let towards = towards_camera::<E>(scene, &seen, at, bsdfs, &to_lens);
         let lights = &mut *direct_light;
-        lights.to_shadow = ActiveLanes::NONE;
+        lights.shadow_ray_lanes = ActiveLanes::NONE;
         let mut gains = [Rgb::BLACK; LANES];
         for lane in towards.lit.each() {
             let Some(start) = &starts[block.path[lane] as usize] else {
@@ -101,11 +101,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let ray = at.ray_to(&end, w, towards.is_transmitted.has(lane));
             lights.shadow.set(lane, &ray);
             lights.shadow.time[lane] = block.packet.rays.time[lane];
-            lights.to_shadow.set(lane, true);
+            lights.shadow_ray_lanes.set(lane, true);
             block.count_rays(lane, false, true);
         }
-        let visible = scene.visibilities::<E>(&lights.to_shadow, &mut lights.shadow);
-        for lane in lights.to_shadow.each() {
+        let visible = scene.visibilities::<E>(&lights.shadow_ray_lanes, &mut lights.shadow);
+        for lane in lights.shadow_ray_lanes.each() {
             if visible[lane] > 0.0 {
                 let value = load::<Rgb>(&lights.contribution, lane) * visible[lane];
                 let film = connections[lane].film.position;

@@ -136,7 +136,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 block.count_rays(lane, true, false);
             }
         }
-        arrive(wavefront, block, stage);
+        compute_interactions(wavefront, block, stage);
         if block.active.any() {
             self.look_up_bsdfs(scene, block, stage);
             if bounce == 0 {
@@ -150,10 +150,10 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 let decision = Decision::LightPathBsdf(bounce);
                 let lit = &ActiveLanes::NONE;
                 self.sample_bsdfs(wavefront, block, stage, &states, lit, decision);
-                self.carry_power(scene, block, stage, bounce, starts);
+                self.convert_to_power(scene, block, stage, bounce, starts);
                 let decision = Decision::LightPathRoulette(bounce);
                 self.scatter(wavefront, block, stage, &states, decision);
-                self.pass_ratios(block, stage);
+                self.update_ratios(block, stage);
             }
         }
         for lane in arrived.without(&block.active).each() {
@@ -205,7 +205,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
 
 /// Computes the surface interactions of a block of light paths, and deactivates the lanes that have none, or that absorb all
 /// light.
-fn arrive<E: Effects, S: Sampler>(
+fn compute_interactions<E: Effects, S: Sampler>(
     wavefront: &mut PathWavefront<'_, S, NullPathObserver>,
     block: &mut PathBlock<E>,
     stage: &mut StageScratch<E>,

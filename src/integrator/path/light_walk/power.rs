@@ -26,7 +26,7 @@ use crate::scene::interaction::lanes::InteractionLanes;
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Changes the BSDF samples of a block from factors of radiance to factors of power, computes the densities with which
     /// camera paths continue in the reverse directions, and keeps the ratio of both densities of the first surface.
-    pub(super) fn carry_power<E: Effects>(
+    pub(super) fn convert_to_power<E: Effects>(
         &self,
         scene: &Scene,
         block: &PathBlock<E>,

@@ -73,11 +73,11 @@ pub(super) fn towards_camera<E: Effects>(
     carry_light::<E>(at, w, &to_light, &mut towards);
     for lane in lanes.each() {
         let of_lane: Interaction<E> = at.get(lane);
-        let may_be_mended = || {
+        let may_have_corrected_normal = || {
             let along: Vec3 = load(w, lane);
             !of_lane.is_flat() && (of_lane.is_tilted() || facing(at, lane, along).is_tilted())
         };
-        if !bsdfs.singly.has(lane) && !may_be_mended() {
+        if !bsdfs.scalar_lanes.has(lane) && !may_have_corrected_normal() {
             continue;
         }
         let vertex = vertex(scene, at, lane);

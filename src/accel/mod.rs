@@ -261,7 +261,7 @@ impl Accel {
     ) -> Option<Hit> {
         let mut ray = *ray;
         while excluded.rules_out(&hit) {
-            ray.t_min = hit.t.max(ray.t_min).next_up();
+            ray.begin_after(hit.t);
             hit = self.closest(&ray, time)?;
         }
         Some(hit)

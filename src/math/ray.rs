@@ -33,6 +33,13 @@ impl<V: Vector> Ray<V> {
         }
     }
 
+    /// Lets the ray begin after a hit at the distance `t`, and after where it began before: a hit that is found again has
+    /// another distance, by rounding, which may be less than the one where the ray begins.
+    #[inline]
+    pub fn begin_after(&mut self, t: f32) {
+        self.t_min = planted!("begin-before", t, t.max(self.t_min)).next_up();
+    }
+
     /// The open segment from `a` to `b`: hits exactly at `b` do not count.
     #[inline(always)]
     pub fn between(a: V, b: V) -> Self {
@@ -68,5 +75,23 @@ impl<V: Vector> Ray<V> {
     #[inline(always)]
     pub fn at(&self, t: f32) -> V {
         self.origin + self.dir * t
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::vec::Vec3;
+
+    /// A loop over the hits of a ray would not end otherwise.
+    #[test]
+    fn ray_begins_later_after_every_hit() {
+        let mut ray = Ray::new(Vec3::ZERO, Vec3::X);
+        let mut before = ray.t_min;
+        for t in [0.0, 1.0, 1.0_f32.next_down(), 0.5, 1.0, 1e30, 2.0] {
+            ray.begin_after(t);
+            assert!(ray.t_min > before && ray.t_min > t, "{t}");
+            before = ray.t_min;
+        }
     }
 }

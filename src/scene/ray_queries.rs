@@ -50,7 +50,7 @@ impl Scene {
             let side = Some((hit.id, surface.ng.dot(ray.dir) < 0.0));
             if E::Alpha::ON && side == passed {
                 // The distances of one hit may differ by rounding from one query to the next.
-                ray.t_min = hit.t.next_up();
+                ray.begin_after(hit.t);
                 found = self.accel.intersect(&ray, time, excluded);
                 continue;
             }
@@ -72,7 +72,7 @@ impl Scene {
                 let rest = (u_alpha - alpha) / (1.0 - alpha);
                 u_alpha = planted!("alpha-number-reused", u_alpha, rest.min(ONE_MINUS_EPSILON));
                 passed = side;
-                ray.t_min = hit.t.next_up();
+                ray.begin_after(hit.t);
                 found = self.accel.intersect(&ray, time, excluded);
                 continue;
             }
@@ -116,7 +116,7 @@ impl Scene {
             surface.ng.dot(ray.dir) < 0.0
         };
         while let Some(hit) = self.accel.intersect(&ray, time, None) {
-            ray.t_min = hit.t.next_up();
+            ray.begin_after(hit.t);
             // As in `surface_interaction`, a surface is passed once.
             let before = passed.replace(hit);
             if before.is_some_and(|it| {

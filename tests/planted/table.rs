@@ -46,6 +46,11 @@ pub const PLANTED: &[Planted] = &[
         "lib::math::triangle::tests::intersection_is_watertight_in_a_triangle_fan",
     ),
     bug(
+        "begin-before",
+        "a ray begins after a hit although it began later before, so that it meets the hit again and again",
+        "lib::math::ray::tests::ray_begins_later_after_every_hit",
+    ),
+    bug(
         "shadow-ray-cut-short",
         "shadow rays end a thousandth before the light",
         "tracing::rays::shadow_rays_hit_near_occluders_but_not_the_light_itself",

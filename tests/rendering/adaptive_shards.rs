@@ -96,9 +96,9 @@ fn assert_same(state: &State, whole: &Rendering, what: &str) {
 
 #[test]
 fn merged_adaptive_shards_are_bit_identical_to_one_render() {
-    for (sampler, spp, end) in [
-        (SamplerKind::Sobol, 200, 52),
-        (SamplerKind::Stratified, 202, 52),
+    for (sampler, spp, end, divisions) in [
+        (SamplerKind::Sobol, 320, 64, &[(2, 1), (7, 2), (64, 2)][..]),
+        (SamplerKind::Stratified, 202, 52, &[(2, 1), (7, 2)][..]),
     ] {
         let mut options = adaptive(sampler, spp);
         options.layers = true;
@@ -107,7 +107,7 @@ fn merged_adaptive_shards_are_bit_identical_to_one_render() {
         let whole = whole.expect("valid options");
         let counts = whole.film().sample_counts();
         assert!(counts.iter().min() < counts.iter().max());
-        for (of, threads) in [(2, 1), (7, 2)] {
+        for &(of, threads) in divisions {
             let what = format!("{sampler:?}, {of} shards");
             let (folder, session) = (folder(), session(SMALL, threads));
             let pilot = pilot(&session, &options, end, folder.path());

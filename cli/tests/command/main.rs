@@ -19,6 +19,8 @@ mod compare;
 mod convert;
 mod denoise;
 mod denoise_oidn;
+#[cfg(all(feature = "embree", target_arch = "x86_64"))]
+mod instruction_sets;
 mod layers;
 mod lesson;
 mod non_finite;

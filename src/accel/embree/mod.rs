@@ -171,7 +171,7 @@ impl EmbreeAccel {
             if let Some(checked) = self.check(&ray, time, hit) {
                 return Some(checked);
             }
-            ray.t_min = hit.t.max(ray.t_min).next_up();
+            ray.begin_after(hit.t);
             hit = self.query(&ray, time)?;
         }
     }

@@ -235,7 +235,9 @@ impl Accel {
     ) -> Option<Hit> {
         let hit = self.closest(ray, time)?;
         match excluded {
-            Some(excluded) if excluded.rules_out(&hit) => self.beyond(ray, time, excluded, hit),
+            Some(excluded) if excluded.rules_out(&hit) => {
+                self.next_accepted_hit(ray, time, excluded, hit)
+            }
             _ => Some(hit),
         }
     }
@@ -252,7 +254,7 @@ impl Accel {
 
     /// Finds the closest hit beyond a false hit on the excluded primitive, skipping further false hits.
     #[cold]
-    fn beyond(
+    fn next_accepted_hit(
         &self,
         ray: &Ray,
         time: f32,
@@ -300,7 +302,7 @@ impl Accel {
                 && excluded.rules_out(&hit)
             {
                 let (ray, time) = packet.ray(lane);
-                packet.set_hit(lane, self.beyond(&ray, time, excluded, hit));
+                packet.set_hit(lane, self.next_accepted_hit(&ray, time, excluded, hit));
             }
         }
     }

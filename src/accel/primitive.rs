@@ -53,7 +53,7 @@ pub fn intersect(geometry: &Geometry, primitive: u32, ray: &DRay) -> Option<(f64
     let inside = |t: f64| t > ray.t_min && t <= ray.t_max;
     match geometry {
         Geometry::Mesh(mesh) => {
-            let (t, uv) = Line::new(origin, dir).meet(&mesh.triangle(primitive))?;
+            let (t, uv) = Line::new(origin, dir).intersect(&mesh.triangle(primitive))?;
             inside(t).then_some((t, uv))
         }
         Geometry::Sphere(sphere) => {

@@ -224,7 +224,7 @@ impl RelativeVariances {
 
 #[cfg(test)]
 mod tests {
-    use super::super::synthetic::{Numbers, film};
+    use super::super::synthetic::{TestRandom, film};
     use super::*;
 
     const SIZE: (u32, u32) = (64, 48);
@@ -237,12 +237,12 @@ mod tests {
     }
 
     /// Noise with a standard deviation equal to the mean.
-    fn noisy(pixel: usize, numbers: &mut Numbers) -> f64 {
+    fn noisy(pixel: usize, numbers: &mut TestRandom) -> f64 {
         light(pixel) * (1.0 + numbers.normal())
     }
 
     /// One sample in a hundred carries half of the light.
-    fn rare(pixel: usize, numbers: &mut Numbers) -> f64 {
+    fn rare(pixel: usize, numbers: &mut TestRandom) -> f64 {
         let event = if numbers.uniform() < 0.01 { 50.0 } else { 0.0 };
         light(pixel) * (0.5 + 0.2 * numbers.normal() + event)
     }
@@ -260,7 +260,7 @@ mod tests {
 
     /// The mean estimated error over the mean true error of 60 images with this sample count, and the number of
     /// bounds that hold.
-    fn estimated_over_true(sample: fn(usize, &mut Numbers) -> f64, samples: u64) -> (f64, u32) {
+    fn estimated_over_true(sample: fn(usize, &mut TestRandom) -> f64, samples: u64) -> (f64, u32) {
         let (mut estimated, mut truth, mut held) = (0.0, 0.0, 0);
         for seed in 0..60 {
             let film = film(SIZE, samples, seed, sample);
@@ -297,7 +297,7 @@ mod tests {
     #[test]
     fn reported_bias_matches_denominator_noise_to_first_order() {
         let bias = |samples| {
-            let grey = |_: usize, numbers: &mut Numbers| 1.0 + numbers.normal();
+            let grey = |_: usize, numbers: &mut TestRandom| 1.0 + numbers.normal();
             film(SIZE, samples, 7, grey)
                 .error(0.95)
                 .expect("it has samples")
@@ -315,7 +315,7 @@ mod tests {
     fn emitter_edge_is_not_mistaken_for_a_single_sample_outlier() {
         // Half of each pixel's samples in column 10 meet a lamp, a thousand times as bright as its surroundings.
         let is_edge = |pixel: usize| pixel % SIZE.0 as usize == 10;
-        let edge = |pixel: usize, numbers: &mut Numbers| match is_edge(pixel) {
+        let edge = |pixel: usize, numbers: &mut TestRandom| match is_edge(pixel) {
             true if numbers.uniform() < 0.5 => 1000.0,
             true => 0.0,
             false => 1.0 + 0.1 * numbers.normal(),
@@ -333,7 +333,7 @@ mod tests {
         // One in four samples of column 10 meets a lamp: of its 192 batches of 16 samples, two miss it on average.
         let is_edge = |pixel: usize| pixel % SIZE.0 as usize == 10;
         let truth = |pixel: usize| if is_edge(pixel) { 251.0 } else { 1.0 };
-        let edge = |pixel: usize, numbers: &mut Numbers| match is_edge(pixel) {
+        let edge = |pixel: usize, numbers: &mut TestRandom| match is_edge(pixel) {
             true if numbers.uniform() < 0.25 => 1001.0,
             _ => 1.0 + 0.1 * numbers.normal(),
         };
@@ -349,7 +349,7 @@ mod tests {
 
     #[test]
     fn one_bright_pixel_leaves_only_a_lower_error_bound() {
-        let bright = |pixel: usize, numbers: &mut Numbers| {
+        let bright = |pixel: usize, numbers: &mut TestRandom| {
             let is_lamp = pixel == 700 && numbers.uniform() < 0.02;
             light(pixel)
                 + if is_lamp {

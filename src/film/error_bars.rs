@@ -282,13 +282,13 @@ impl Weights {
 
 #[cfg(test)]
 mod tests {
-    use super::super::synthetic::{Numbers, film};
+    use super::super::synthetic::{TestRandom, film};
     use crate::math::rgb::Rgb;
 
     const SIZE: (u32, u32) = (48, 48);
 
     /// The shares of unflagged pixels whose intervals of 50, 80, 95 and 99 % contain the expectation 1.
-    fn coverage(samples: u64, sample: impl Fn(usize, &mut Numbers) -> f64 + Copy) -> [f64; 4] {
+    fn coverage(samples: u64, sample: impl Fn(usize, &mut TestRandom) -> f64 + Copy) -> [f64; 4] {
         let mut held = [0; 4];
         let mut count = 0;
         for seed in 0..20 {
@@ -327,8 +327,8 @@ mod tests {
         let exact = [[0.49, 0.525], [0.785, 0.82], [0.94, 0.96], [0.984, 0.994]];
         assert_coverage("alike", coverage(16, |_, it| 1.0 + it.normal()), exact);
         // Variances from a scaled inverse chi-square distribution with five degrees of freedom, one for each pixel.
-        let unlike = |pixel: usize, it: &mut Numbers| {
-            let mut own = Numbers::new(1000 + pixel as u64);
+        let unlike = |pixel: usize, it: &mut TestRandom| {
+            let mut own = TestRandom::new(1000 + pixel as u64);
             let chi_square: f64 = (0..5).map(|_| own.normal().powi(2)).sum();
             1.0 + it.normal() * (5.0 / chi_square).sqrt()
         };
@@ -338,7 +338,7 @@ mod tests {
     #[test]
     fn rare_events_have_near_nominal_coverage_or_are_flagged() {
         // Three events a pixel: the mean has an excess kurtosis of 0.3 and a skewness of 0.6.
-        let rare = |_: usize, it: &mut Numbers| {
+        let rare = |_: usize, it: &mut TestRandom| {
             let event = if it.uniform() < 3.0 / 64.0 {
                 64.0 / 3.0
             } else {

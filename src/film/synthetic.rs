@@ -10,9 +10,9 @@ use rand_core::Rng;
 use rand_pcg::Pcg64;
 
 /// A generator of random numbers.
-pub struct Numbers(Pcg64);
+pub struct TestRandom(Pcg64);
 
-impl Numbers {
+impl TestRandom {
     pub fn new(seed: u64) -> Self {
         Self(Pcg64::new(seed.into(), 11))
     }
@@ -33,10 +33,10 @@ pub fn film(
     size: (u32, u32),
     samples: u64,
     seed: u64,
-    sample: impl Fn(usize, &mut Numbers) -> f64,
+    sample: impl Fn(usize, &mut TestRandom) -> f64,
 ) -> Film {
     let mut film = Film::new(Window::whole(size), size.0.max(size.1));
-    let mut numbers = Numbers::new(seed);
+    let mut numbers = TestRandom::new(seed);
     let tile = &mut film.tiles_mut()[0];
     tile.samples = samples;
     for (pixel, sums) in tile.pixels.iter_mut().enumerate() {

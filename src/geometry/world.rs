@@ -178,7 +178,7 @@ impl World {
         {
             return Shape::Placed(placed);
         }
-        Shape::Standing(&self.geometries[shape as usize])
+        Shape::Static(&self.geometries[shape as usize])
     }
 
     /// The surface point, in world space, where `ray` hits a primitive at parameter `t`.
@@ -192,7 +192,7 @@ impl World {
         barycentric: [f32; 2],
     ) -> SurfacePoint {
         match self.shape::<E>(id.shape, time) {
-            Shape::Standing(geometry) => geometry.surface_at(id.primitive, ray, t, barycentric),
+            Shape::Static(geometry) => geometry.surface_at(id.primitive, ray, t, barycentric),
             Shape::Placed(placed) => placed.surface_at(id.primitive, ray, t, barycentric),
         }
     }
@@ -207,7 +207,7 @@ impl World {
         barycentric: [f32; 2],
     ) -> Vec2 {
         match self.shape::<E>(id.shape, time) {
-            Shape::Standing(geometry) => geometry.uv_at(id.primitive, p, barycentric),
+            Shape::Static(geometry) => geometry.uv_at(id.primitive, p, barycentric),
             Shape::Placed(placed) => placed.uv_at(id.primitive, p, barycentric),
         }
     }
@@ -216,7 +216,7 @@ impl World {
     #[inline]
     pub fn tangents_at<E: Effects>(&self, id: PrimitiveId, time: f32, p: Vec3) -> [Vec3; 2] {
         match self.shape::<E>(id.shape, time) {
-            Shape::Standing(geometry) => geometry.tangents_at(id.primitive, p),
+            Shape::Static(geometry) => geometry.tangents_at(id.primitive, p),
             Shape::Placed(placed) => placed.tangents_at(id.primitive, p),
         }
     }
@@ -233,7 +233,7 @@ impl World {
         to_outside: bool,
     ) -> f32 {
         match self.shape::<E>(id.shape, time) {
-            Shape::Standing(geometry) => geometry.free_distance(from, w, to_outside),
+            Shape::Static(geometry) => geometry.free_distance(from, w, to_outside),
             Shape::Placed(placed) => placed.free_distance(from, w, to_outside),
         }
     }
@@ -242,7 +242,7 @@ impl World {
 /// The geometry of a shape, by its placement.
 enum Shape<'a> {
     /// A top-level shape.
-    Standing(&'a Geometry),
+    Static(&'a Geometry),
     /// A shape of an instance.
     Placed(Placed<'a>),
 }

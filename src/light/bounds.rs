@@ -79,7 +79,7 @@ impl LightBounds {
     }
 
     /// The bounds of several lights at infinity, or of one of all directions.
-    fn beyond() -> Self {
+    fn at_infinity() -> Self {
         Self {
             nearness: 0.0,
             ..Self::point(Vec3::X, 1.0)
@@ -104,7 +104,7 @@ impl LightBounds {
         if first.nearness == 0.0 {
             return Self {
                 intensity,
-                ..Self::beyond()
+                ..Self::at_infinity()
             };
         }
         let center = low + 0.5 * (high - low);
@@ -243,12 +243,12 @@ impl Light {
                 let bounds = LightBounds {
                     center: -light.direction(),
                     radius: 0.0,
-                    ..LightBounds::beyond()
+                    ..LightBounds::at_infinity()
                 };
                 (bounds, f64::from(light.irradiance().luminance()))
             }
             // The mean irradiance over all normals, and the denominator of the estimate inside the sphere.
-            Self::Environment(map) => (LightBounds::beyond(), 1.5 * 0.25 * map.integral()),
+            Self::Environment(map) => (LightBounds::at_infinity(), 1.5 * 0.25 * map.integral()),
         }
     }
 }

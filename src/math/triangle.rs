@@ -41,7 +41,7 @@ impl Line {
 
     /// Intersects a triangle: returns the parameter, and the barycentric coordinates of the second and third vertex.
     #[inline]
-    pub fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f64; 2])> {
+    pub fn intersect(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f64; 2])> {
         let [a, b, c] = [0, 1, 2].map(|i| self.project(&triangle[i]));
         let side = |p: [f64; 3], q: [f64; 3]| p[0] * q[1] - p[1] * q[0];
         let sides = [side(b, c), side(c, a), side(a, b)];
@@ -154,7 +154,7 @@ mod tests {
             let triangle = TRIANGLE.map(|p| turn(p).as_vec3a());
             let meet = |x, y, z, dz| {
                 let (origin, dir) = (DVec3::new(x, y, z), DVec3::new(0.0, 0.0, dz));
-                Line::new(turn(origin), turn(dir)).meet(&triangle)
+                Line::new(turn(origin), turn(dir)).intersect(&triangle)
             };
             assert_eq!(meet(1.0, 2.0, 0.0, 0.5), Some((4.0, [0.25, 0.5])));
             assert_eq!(meet(1.0, 2.0, 0.0, -0.5), Some((-4.0, [0.25, 0.5])));
@@ -174,11 +174,11 @@ mod tests {
         let up = Line::new(DVec3::new(1.0, 1.0, 0.0), DVec3::Z);
         let edge_on = Line::new(DVec3::new(-1.0, 1.0, 2.0), DVec3::X);
         let nowhere = Line::new(DVec3::new(1.0, 1.0, 2.0), DVec3::ZERO);
-        assert!(up.meet(&[a, b, c]).is_some());
-        assert_eq!(edge_on.meet(&[a, b, c]), None);
-        assert_eq!(nowhere.meet(&[a, b, c]), None);
+        assert!(up.intersect(&[a, b, c]).is_some());
+        assert_eq!(edge_on.intersect(&[a, b, c]), None);
+        assert_eq!(nowhere.intersect(&[a, b, c]), None);
         let not_a_number = [Vec3::NAN; 3];
-        assert_eq!(up.meet(&not_a_number), None);
+        assert_eq!(up.intersect(&not_a_number), None);
         // Rounding gives these triangles an area in the projection along nearly every line.
         let ends = [Vec3::new(0.125, 0.25, 0.75), Vec3::new(0.5, 1.75, 3.125)];
         let middle = 0.5 * (ends[0] + ends[1]);
@@ -187,7 +187,7 @@ mod tests {
                 let origin = DVec3::new(1.3, 0.01 * f64::from(i), -0.7);
                 for vertex in degenerate {
                     let line = Line::new(origin, vertex.as_dvec3() - origin);
-                    assert_eq!(line.meet(&degenerate), None, "{line:?}");
+                    assert_eq!(line.intersect(&degenerate), None, "{line:?}");
                 }
             }
         }
@@ -216,7 +216,8 @@ mod tests {
                 let exactly = target.as_dvec3() - origin.as_dvec3();
                 for dir in [exactly, (target - origin).as_dvec3(), exactly.normalize()] {
                     let line = Line::new(origin.as_dvec3(), dir);
-                    let met = (0..6).any(|k| line.meet(&[hub, rim[k], rim[(k + 1) % 6]]).is_some());
+                    let met =
+                        (0..6).any(|k| line.intersect(&[hub, rim[k], rim[(k + 1) % 6]]).is_some());
                     assert!(met, "{line:?} at {target}");
                 }
             }

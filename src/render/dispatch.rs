@@ -21,7 +21,7 @@ use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPaths;
 use crate::integrator::path::PathIntegrator;
 use crate::integrator::reuse::PathReuse;
-use crate::integrator::technique::Weighted;
+use crate::integrator::technique::{Technique, Weighted};
 use crate::sampler::{AnySampler, Batches, Independent, Sobol, Stratified};
 use crate::scene::Scene;
 
@@ -124,25 +124,37 @@ pub fn dispatch_to_matte_or_everything<D: IntegratorJob>(
     job: D,
 ) -> D::Output {
     let kernel = kernel(scene, settings);
-    match (settings.integrator.technique(), cache) {
-        (Some(_), None) if settings.integrator == IntegratorKind::Path => {
+    match settings.integrator {
+        IntegratorKind::Path => {
             run_matte_or_everything(kernel, With(job, path_with_all(settings)))
         }
-        (Some(_), Some(cache)) => {
-            run_matte_or_everything(kernel, With(job, path(settings, Weighted, Cached(cache))))
-        }
-        (Some(technique), None) => {
-            run_matte_or_everything(kernel, With(job, path(settings, technique, Uncached)))
-        }
-        (None, _) if settings.integrator.splats() => {
+        IntegratorKind::Bidirectional | IntegratorKind::Metropolis => {
             let area = settings.window.pixel_count() as f64;
             run_matte_or_everything(kernel, With(job, bidirectional(settings, area)))
         }
-        (None, _) => {
+        IntegratorKind::AmbientOcclusion => {
             let far = settings.occlusion_distance;
             let distance = far.map_or(f32::INFINITY, |far| scene.normalisation.length(far));
             run_matte_or_everything(kernel, With(job, AmbientOcclusion { distance }))
         }
+        IntegratorKind::Naive
+        | IntegratorKind::EmitOrReflect
+        | IntegratorKind::Bsdf
+        | IntegratorKind::LightOrRest
+        | IntegratorKind::NextEvent
+        | IntegratorKind::IrradianceCache
+        | IntegratorKind::DirectDirectional
+        | IntegratorKind::DirectArea
+        // `check` refuses `auto`, which stands for one of the others.
+        | IntegratorKind::Auto => match cache {
+            Some(cache) => {
+                run_matte_or_everything(kernel, With(job, path(settings, Weighted, Cached(cache))))
+            }
+            None => {
+                let technique = settings.integrator.technique().unwrap_or(Technique::PATH);
+                run_matte_or_everything(kernel, With(job, path(settings, technique, Uncached)))
+            }
+        },
     }
 }
 

@@ -11,7 +11,7 @@
 mod common;
 
 use common::closed_forms::parallel_rectangle;
-use common::error_bars::{Coverage, Kept, settings};
+use common::error_bars::{Coverage, TargetsReached, settings};
 use common::room::floor_below;
 use common::scene::{film, ready, rectangle};
 use etendue::internals::accel::Backend;
@@ -172,7 +172,7 @@ fn targets(renders: u64, off: &mut Vec<String>) {
         let truth = settings(&description, SamplerKind::Sobol, SEED_OF_TRUTH, 1 << 17);
         let truth = film(&scene, &description, &truth);
         for rel_rmse in TARGETS {
-            let kept = Kept::of(
+            let kept = TargetsReached::of(
                 (&scene, &description),
                 (SamplerKind::Sobol, rel_rmse),
                 renders,

@@ -163,7 +163,7 @@ impl fmt::Display for Coverage {
 
 /// Statistics of the true errors of renders to a requested error.
 #[derive(Default)]
-pub struct Kept {
+pub struct TargetsReached {
     /// The number of renders.
     pub renders: u64,
     /// Renders whose true error was at most the requested one.
@@ -178,7 +178,7 @@ pub struct Kept {
 /// The factor within which a predicted sample count is correct.
 const FORESEEN: f64 = 1.25;
 
-impl Kept {
+impl TargetsReached {
     /// Renders with several seeds until the error is reached, and compares with the reference, whose own squared error is
     /// subtracted.
     pub fn of(
@@ -236,7 +236,7 @@ impl Kept {
 }
 
 /// A row of a table.
-impl fmt::Display for Kept {
+impl fmt::Display for TargetsReached {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { kept, renders, .. } = self;
         let (mean, foreseen) = (self.mean(), 100.0 * self.foreseen());

@@ -4,7 +4,7 @@
 //! variable. Bars of whole images are compared with images of many more samples.
 
 use crate::common::closed_forms::parallel_rectangle;
-use crate::common::error_bars::{Coverage, Kept, settings};
+use crate::common::error_bars::{Coverage, TargetsReached, settings};
 use crate::common::nightly::{is_nightly, samplers};
 use crate::common::room::{floor_below, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle};
@@ -139,7 +139,8 @@ fn error_target_is_met_without_much_oversampling() {
     let scene = ready(&description, Backend::ALL[0]);
     for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
         for target in [0.08, 0.06] {
-            let kept = Kept::of((&scene, &description), (sampler, target), 24, &MATTE_ROOM);
+            let kept =
+                TargetsReached::of((&scene, &description), (sampler, target), 24, &MATTE_ROOM);
             println!("| {}, {target} |{kept}", sampler.name());
             // If each of 24 renders keeps it with probability 95 %, fewer than 19 do with probability 1e-3.
             assert!(kept.kept >= 19, "{kept}");

@@ -142,7 +142,7 @@ impl Lengths {
     }
 
     /// Adds light that a camera or extension ray hit.
-    fn met(&mut self, contribution: Rgb) {
+    fn record(&mut self, contribution: Rgb) {
         let class = match self.bounces.min(MAX_BOUNCES) {
             0 => 0,
             bounces => 2 * bounces - 1,
@@ -159,11 +159,11 @@ impl Splitter for Lengths {
 
 impl PathObserver for Lengths {
     fn environment(&mut self, contribution: Rgb) {
-        self.met(contribution);
+        self.record(contribution);
     }
 
     fn emission(&mut self, contribution: Rgb, _weight: f32) {
-        self.met(contribution);
+        self.record(contribution);
     }
 
     fn light(&mut self, contribution: Rgb, _weight: f32, visible: f32) {

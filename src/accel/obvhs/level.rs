@@ -107,7 +107,7 @@ impl Level {
         let mut closest = None;
         let _ = self.tree.traverse(query, |place, end| {
             let triangle = &self.triangles[place];
-            let found = match ray.meet(triangle) {
+            let found = match ray.intersect(triangle) {
                 Some((t, uv)) => Some((t, ClosestHit::Triangle(place, uv))),
                 None if triangle[0].x.is_nan() => {
                     let hit = other(self.items[place], &ray);
@@ -151,7 +151,7 @@ impl Level {
         let (query, _) = ray.to_boxes(start);
         let flow = self.tree.traverse(query, |place, _| {
             let triangle = &self.triangles[place];
-            let met = ray.meet(triangle).is_some()
+            let met = ray.intersect(triangle).is_some()
                 || (triangle[0].x.is_nan() && other(self.items[place], &ray));
             if met {
                 ControlFlow::Break(())

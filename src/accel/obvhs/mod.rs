@@ -131,7 +131,7 @@ impl ObvhsAccel {
     #[inline(never)]
     fn closest<R: TraceRay>(&self, ray: R, time: f32) -> Option<Hit> {
         let closest = self.root.closest(ray, 0.0, |item, ray| match item {
-            Item::Primitive(id) => meet(self.world.geometries(), id, &ray.widen()),
+            Item::Primitive(id) => intersect_primitive(self.world.geometries(), id, &ray.widen()),
             Item::Instance(instance) => self.closest_in(instance, ray, time),
         });
         closest.map(|(_, hit)| hit)
@@ -140,7 +140,9 @@ impl ObvhsAccel {
     #[inline(never)]
     fn any<R: TraceRay>(&self, ray: R, time: f32) -> bool {
         self.root.occluded(ray, 0.0, |item, ray| match item {
-            Item::Primitive(id) => meet(self.world.geometries(), id, &ray.widen()).is_some(),
+            Item::Primitive(id) => {
+                intersect_primitive(self.world.geometries(), id, &ray.widen()).is_some()
+            }
             Item::Instance(instance) => self.any_in(instance, ray, time),
         })
     }
@@ -151,7 +153,7 @@ impl ObvhsAccel {
     fn closest_in<R: TraceRay>(&self, instance: u32, ray: &R, time: f32) -> Option<(f64, Hit)> {
         let (group, shapes, ray, start) = self.enter(instance, ray, time)?;
         let closest = group.level.closest(ray, start, |item, ray| match item {
-            Item::Primitive(id) => meet(shapes, id, &ray.widen()),
+            Item::Primitive(id) => intersect_primitive(shapes, id, &ray.widen()),
             Item::Instance(_) => None,
         });
         let first_shape = self.world.first_shape(instance as usize);
@@ -168,7 +170,7 @@ impl ObvhsAccel {
             return false;
         };
         group.level.occluded(ray, start, |item, ray| match item {
-            Item::Primitive(id) => meet(shapes, id, &ray.widen()).is_some(),
+            Item::Primitive(id) => intersect_primitive(shapes, id, &ray.widen()).is_some(),
             Item::Instance(_) => false,
         })
     }
@@ -224,7 +226,7 @@ fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Resul
 
 /// Intersects any primitive in double precision. Not inlined, to keep the loop over triangles small.
 #[inline(never)]
-fn meet(shapes: &[Geometry], id: PrimitiveId, ray: &DRay) -> Option<(f64, Hit)> {
+fn intersect_primitive(shapes: &[Geometry], id: PrimitiveId, ray: &DRay) -> Option<(f64, Hit)> {
     let (t, uv) = primitive::intersect(&shapes[id.shape as usize], id.primitive, ray)?;
     let hit = Hit {
         id,

@@ -24,7 +24,7 @@ pub trait TraceRay: Copy {
     fn to_boxes(&self, start: f64) -> (BoxRay, Parameter);
 
     /// Intersects a triangle: the parameter, in (t_min, t_max], and the barycentric coordinates of the hit.
-    fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])>;
+    fn intersect(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])>;
 
     /// Sets the end of the ray.
     fn end_at(&mut self, t: f64);
@@ -57,8 +57,8 @@ impl TraceRay for WatertightRay {
     }
 
     #[inline(always)]
-    fn meet(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])> {
-        let (t, [u, v]) = self.line.meet(triangle)?;
+    fn intersect(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])> {
+        let (t, [u, v]) = self.line.intersect(triangle)?;
         (t > self.ray.t_min && t <= self.ray.t_max).then_some((t, [u as f32, v as f32]))
     }
 
@@ -94,7 +94,7 @@ impl TraceRay for Ray {
     }
 
     #[inline(always)]
-    fn meet(&self, &[a, b, c]: &[Vec3; 3]) -> Option<(f64, [f32; 2])> {
+    fn intersect(&self, &[a, b, c]: &[Vec3; 3]) -> Option<(f64, [f32; 2])> {
         let (e1, e2) = (b - a, c - a);
         let normal = e1.cross(e2);
         let to_a = a - self.origin;
@@ -131,7 +131,7 @@ mod tests {
 
     fn meets(ray: &Ray) -> Option<(f64, [f32; 2])> {
         let watertight = WatertightRay::narrow(&ray.widen());
-        let (single, double) = (ray.meet(&TRIANGLE), watertight.meet(&TRIANGLE));
+        let (single, double) = (ray.intersect(&TRIANGLE), watertight.intersect(&TRIANGLE));
         assert_eq!(single, double, "{ray:?}");
         single
     }

@@ -70,7 +70,12 @@ impl LightRatios {
 
     /// The ratios beyond a surface. At the first one, the density of light sampling is `l`.
     #[inline]
-    pub fn beyond(self, to_light: DirectionPdf, to_camera: DirectionPdf, l: Option<f32>) -> Self {
+    pub fn after_vertex(
+        self,
+        to_light: DirectionPdf,
+        to_camera: DirectionPdf,
+        l: Option<f32>,
+    ) -> Self {
         let by_light_sampling = DirectionPdf {
             pdf: l.unwrap_or(to_light.pdf),
             ..to_light
@@ -83,7 +88,7 @@ impl LightRatios {
 
     /// The ratios beyond a surface that scatters by a delta lobe, which light sampling cannot do.
     #[inline]
-    pub fn beyond_delta(self, is_first: bool) -> Self {
+    pub fn after_delta_vertex(self, is_first: bool) -> Self {
         Self {
             by_nee: if is_first { 0.0 } else { self.by_nee },
             ..self
@@ -180,9 +185,9 @@ mod tests {
             let mut ratios = LightRatios::new(self.e, self.can_be_hit);
             for (i, &(to_light, to_camera, is_delta)) in self.surfaces.iter().enumerate() {
                 ratios = if is_delta {
-                    ratios.beyond_delta(i == 0)
+                    ratios.after_delta_vertex(i == 0)
                 } else {
-                    ratios.beyond(to_light, to_camera, (i == 0).then_some(self.l))
+                    ratios.after_vertex(to_light, to_camera, (i == 0).then_some(self.l))
                 };
             }
             ratios.weight(self.camera_vertex_ratio)

@@ -6,7 +6,7 @@
 
 use super::tables::path_class;
 use super::wording::percent;
-use super::{Findings, answers, conclusions, looks, plots, tables};
+use super::{Findings, answers, conclusions, images, plots, tables};
 use crate::report::chart::{self, Bar, Group};
 use crate::report::page::styled_page;
 use crate::report::plot;
@@ -29,9 +29,9 @@ pub fn of_findings(findings: &Findings<'_>) -> String {
             a href="#again" { "root of relMSE" } "). What 10, 3 and 1 % look like is shown below."
         }
         @if !findings.summaries.is_empty() { (plot::figure(&plots::price(findings))) }
-        (looks::examples(findings))
+        (images::examples(findings))
         (contents())
-        section #images { h2 { "1. Images after equal times" } (looks::images(findings)) }
+        section #images { h2 { "1. Images after equal times" } (images::images(findings)) }
         section #verdict {
             h2 { "2. Verdict" }
             ul.conclusions { @for sentence in sentences.iter().skip(1) { li { (prose(sentence)) } } }

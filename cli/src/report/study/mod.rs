@@ -4,8 +4,8 @@ mod answers;
 mod conclusions;
 pub mod csv;
 pub mod html;
+mod images;
 pub mod json;
-mod looks;
 mod plots;
 #[cfg(test)]
 mod sample;

@@ -9,7 +9,7 @@ use super::header::{Property, Scalar};
 use crate::scene::load::wording::shown;
 
 /// Reads numbers in the order of the file.
-pub trait Numbers {
+pub trait NumberReader {
     /// Returns the next number, in double precision, which holds every number of the format.
     ///
     /// # Errors
@@ -88,7 +88,7 @@ impl<'a, const BIG: bool> Binary<'a, BIG> {
     }
 }
 
-impl<const BIG: bool> Numbers for Binary<'_, BIG> {
+impl<const BIG: bool> NumberReader for Binary<'_, BIG> {
     #[inline]
     fn next(&mut self, scalar: Scalar) -> Result<f64, Complaint> {
         Ok(match scalar {
@@ -123,7 +123,7 @@ impl<'a> Ascii<'a> {
     }
 }
 
-impl Numbers for Ascii<'_> {
+impl NumberReader for Ascii<'_> {
     fn next(&mut self, _: Scalar) -> Result<f64, Complaint> {
         let mut start = self.at;
         while let Some(byte) = self

@@ -16,7 +16,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec2, DVec3};
 use crate::memory;
 use crate::scene::description::{MeshDescription, Note, NoteKind, Place};
-use body::{Ascii, Binary, Numbers};
+use body::{Ascii, Binary, NumberReader};
 use complaint::Complaint;
 use header::{Element, Encoding, Header, Scalar};
 use std::path::Path;
@@ -172,7 +172,10 @@ impl Body {
     }
 }
 
-fn read_body(header: &Header, mut numbers: impl Numbers) -> std::result::Result<Body, Complaint> {
+fn read_body(
+    header: &Header,
+    mut numbers: impl NumberReader,
+) -> std::result::Result<Body, Complaint> {
     let mut body = Body::default();
     for element in &header.elements {
         match element.name.as_str() {
@@ -208,7 +211,7 @@ const COLUMNS: [&[&str]; 11] = [
 
 fn read_vertices(
     element: &Element,
-    numbers: &mut impl Numbers,
+    numbers: &mut impl NumberReader,
     body: &mut Body,
 ) -> std::result::Result<(), Complaint> {
     // The column of each property.
@@ -277,7 +280,7 @@ fn linear(value: f64, scalar: Scalar) -> f32 {
 fn read_faces(
     element: &Element,
     vertices: usize,
-    numbers: &mut impl Numbers,
+    numbers: &mut impl NumberReader,
     body: &mut Body,
 ) -> std::result::Result<(), Complaint> {
     let list = element.find(&["vertex_indices", "vertex_index"]);

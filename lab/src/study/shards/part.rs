@@ -11,10 +11,11 @@ use super::super::runner::LevelRender;
 use super::super::schedule::Task;
 use super::plan::StudyPlan;
 use etendue::internals::image::{
-    ColourSpace, Image, Layer, LayeredImage, MetadataValue, WriteOptions, write,
+    ColourSpace, Image, LayeredImage, MetadataValue, WriteOptions, write,
 };
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::render::convergence::Look;
+use etendue::internals::session::layers::channels;
 use etendue::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
@@ -89,9 +90,13 @@ impl StudyPart {
         let renders = self.renders.iter().enumerate();
         let named = renders.map(|(index, render)| (layer_name(index), &render.image));
         let all = named.chain([(SECOND_REFERENCE.to_owned(), second)]);
+        let mut layers = Vec::new();
+        for (name, image) in all {
+            layers.extend(channels(&name, image));
+        }
         let options = WriteOptions {
             metadata: vec![(format!("etendue.{FACTS}"), MetadataValue::Text(facts))],
-            layers: all.flat_map(|(name, image)| layers(&name, image)).collect(),
+            layers,
             ..WriteOptions::default()
         };
         write(path, first, &options)
@@ -117,8 +122,8 @@ impl StudyPart {
             not_one(&format!("its metadata cannot be read: {error}")).because(error)
         })?;
         let image_of = |name: &str| {
-            let channels = ["R", "G", "B"].map(|channel| format!("{name}.{channel}"));
-            let [r, g, b] = channels.each_ref().map(|channel| file.layer(channel));
+            let names = ["R", "G", "B"].map(|channel| format!("{name}.{channel}"));
+            let [r, g, b] = names.each_ref().map(|channel| file.layer(channel));
             let (Some(r), Some(g), Some(b)) = (r, g, b) else {
                 return Err(not_one(&format!("it has no layer `{name}`")));
             };
@@ -196,16 +201,4 @@ fn facts_of(render: &LevelRender) -> RenderFacts {
         disturbed: render.disturbed,
         rejected: render.rejected,
     }
-}
-
-/// The channels of an image as layers of this name.
-fn layers(name: &str, image: &Image) -> [Layer; 3] {
-    std::array::from_fn(|channel| Layer {
-        name: format!("{name}.{}", ["R", "G", "B"][channel]),
-        samples: image
-            .pixels()
-            .iter()
-            .map(|pixel| pixel.to_array()[channel])
-            .collect(),
-    })
 }

@@ -213,7 +213,8 @@ fn is_density(
     by_light >= 0.0 && by_camera >= 0.0 && by_light.is_finite() && by_camera.is_finite()
 }
 
-/// A test of a million paths in `make nightly`, else of an eighth. Where surfaces touch, rounding moves a point by more than its distance from the next
+/// A test of a million paths in `make nightly`, else of an eighth. Where surfaces touch, rounding moves a point by more
+/// than its distance from the next
 /// surface: that is as rare as one in ten thousand.
 #[test]
 fn mis_weights_match_those_recomputed_from_path_vertices() {

@@ -264,8 +264,8 @@ impl<E: Effects> PathBlock<E> {
         }
     }
 
-    /// Sets the extension ray of a lane along `wi`, with the excluded primitive, which for flat shapes needs no distance, and the density of
-    /// `wi`, infinite for a delta lobe. Free of branches.
+    /// Sets the extension ray of a lane along `wi`, with the excluded primitive, which for flat shapes needs no distance,
+    /// and the density of `wi`, infinite for a delta lobe. Free of branches.
     #[inline(always)]
     pub fn spawn_extension_ray<V: Vector>(
         &mut self,

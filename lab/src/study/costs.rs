@@ -11,7 +11,7 @@ use super::reference::References;
 use super::report::EffectShare;
 use super::run::Study;
 use super::runner::{Purpose, seed_for};
-use super::schedule::ANATOMY;
+use super::schedule::COST_SOURCES;
 use super::settings::Watch;
 use super::variance::{path_shares, remark};
 use etendue::Result;
@@ -37,7 +37,7 @@ impl Study<'_> {
         laws: &[TimeLaw],
         watch: &Watch<'_>,
     ) -> Result<Option<()>> {
-        let third = ANATOMY * self.settings.budget / 3.0;
+        let third = COST_SOURCES * self.settings.budget / 3.0;
         let share = |of_left: f64| third.min(of_left * watch.left()).max(0.0);
         self.paths(references, laws, share(1.0 / 3.0));
         if watch.is_cancelled() {

@@ -12,7 +12,7 @@ use super::prepared_scene::PreparedScene;
 use super::reference::References;
 use super::report::{StudyReport, VariantStudy};
 use super::runner::{Purpose, Runner, seed_for};
-use super::schedule::{ANATOMY, Schedule};
+use super::schedule::{COST_SOURCES, Schedule};
 use super::settings::{StudyObserver, StudySettings, Watch};
 use super::variant::Variant;
 use etendue::Result;
@@ -208,11 +208,11 @@ impl<'a> Study<'a> {
     }
 
     /// Seconds that are reserved for the steps after the levels: renders with error bars of a quarter of the samples of
-    /// the longest, and the anatomy.
+    /// the longest, and the sources of time and variance.
     fn reserve(&self, laws: &[TimeLaw], schedule: &Schedule) -> f64 {
         let longest = |(law, seeds): (&TimeLaw, &Vec<u64>)| law.at((seeds.len() as f64).exp2());
         let longest: f64 = laws.iter().zip(&schedule.seeds).map(longest).sum();
-        ANATOMY * self.settings.budget + 0.2 * longest
+        COST_SOURCES * self.settings.budget + 0.2 * longest
     }
 }
 

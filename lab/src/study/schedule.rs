@@ -20,7 +20,7 @@ const REFERENCES: f64 = 0.27;
 const LEVELS: f64 = 0.55;
 
 /// The share for measuring the sources of time and variance.
-pub const ANATOMY: f64 = 0.08;
+pub const COST_SOURCES: f64 = 0.08;
 
 /// The share for measuring the gain by threads, if it was requested.
 pub const SCALING: f64 = 0.03;

@@ -16,7 +16,7 @@ use etendue::internals::math::ray::Ray;
 use etendue_lab::bench::build::{build, pool};
 use etendue_lab::bench::obvhs_itself::ObvhsTree;
 use etendue_lab::bench::record::Recording;
-use etendue_lab::bench::target::{Target, Variant};
+use etendue_lab::bench::target::{Target, TracingMode};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -65,7 +65,7 @@ fn kinds(c: &mut Criterion) {
 /// Benchmarks occlusion queries for shadow rays and closest hits for all other kinds.
 fn trace(
     group: &mut BenchmarkGroup<'_, WallTime>,
-    variant: Variant,
+    variant: TracingMode,
     accel: &Accel,
     kind: RayKind,
     rays: &RayBatch,

@@ -16,7 +16,7 @@ use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::scene::load::load;
 use etendue::internals::scene::prepare::prepare;
 use etendue_lab::bench::record::{Recording, record};
-use etendue_lab::bench::subject::Subject;
+use etendue_lab::bench::subject::BenchedRender;
 use std::path::Path;
 
 /// A scene of the sources, as written.
@@ -40,7 +40,7 @@ pub fn ready(description: &SceneDescription) -> Scene {
 /// The rays of a scene's render, until there are so many of the most frequent kind.
 pub fn recorded(description: &SceneDescription, scene: &Scene, limit: usize) -> Recording {
     let size = description.film.size;
-    let subject = Subject {
+    let subject = BenchedRender {
         scene,
         filter: &Filter::new(&description.film.filter),
         size,

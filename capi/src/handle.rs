@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The table of all objects of one kind.
-pub struct Table<T> {
+pub struct HandleTable<T> {
     entries: Mutex<Entries<T>>,
     /// The lowest bits of the handles, which identify the kind.
     kind: usize,
@@ -22,16 +22,16 @@ pub struct Table<T> {
 struct Entries<T> {
     /// The number assigned last.
     last: usize,
-    living: BTreeMap<usize, Entry<T>>,
+    living: BTreeMap<usize, HandleEntry<T>>,
 }
 
-struct Entry<T> {
-    object: Arc<Object<T>>,
+struct HandleEntry<T> {
+    object: Arc<HandleObject<T>>,
     holders: usize,
 }
 
 /// The object of a handle, with the message of its last failure.
-pub struct Object<T> {
+pub struct HandleObject<T> {
     pub value: T,
     pub errors: LastError,
 }
@@ -39,7 +39,7 @@ pub struct Object<T> {
 /// Handles are multiples of this number plus their kind.
 const STEP: usize = 16;
 
-impl<T> Table<T> {
+impl<T> HandleTable<T> {
     /// Returns an empty table, for handles of a kind below 16.
     pub const fn new(kind: usize) -> Self {
         Self {
@@ -53,19 +53,21 @@ impl<T> Table<T> {
 
     /// Adds an object with a reference count of 1.
     pub fn add<H>(&self, value: T) -> *mut H {
-        let object = Arc::new(Object {
+        let object = Arc::new(HandleObject {
             value,
             errors: LastError::default(),
         });
         let mut entries = self.lock();
         entries.last += 1;
         let number = entries.last * STEP + self.kind;
-        entries.living.insert(number, Entry { object, holders: 1 });
+        entries
+            .living
+            .insert(number, HandleEntry { object, holders: 1 });
         std::ptr::without_provenance_mut(number)
     }
 
     /// Returns the object of a handle.
-    pub fn get<H>(&self, handle: *const H) -> Option<Arc<Object<T>>> {
+    pub fn get<H>(&self, handle: *const H) -> Option<Arc<HandleObject<T>>> {
         let entries = self.lock();
         let entry = entries.living.get(&handle.addr())?;
         Some(Arc::clone(&entry.object))

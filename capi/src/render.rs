@@ -5,12 +5,12 @@
 //! `etd_render_release` and `etd_render_error` return `ETD_STATUS_BUSY`.
 //! Source: none needed.
 
-use crate::handle::Table;
+use crate::handle::HandleTable;
 use crate::memory::{Versioned, not_null, read_struct_or_zeros, write_struct, write_text};
-use crate::scene::{EtdScene, Ready, SCENES};
+use crate::scene::{EtdScene, SCENES, SceneSession};
 use crate::settings::EtdSettings;
 use crate::status::{CallResult, EtdStatus, Failure};
-use crate::watch::{EtdWatch, Watcher};
+use crate::watch::{CallbackObserver, EtdWatch};
 use renderer::Budget;
 use renderer::LayeredImage;
 use renderer::Rendering;
@@ -25,7 +25,7 @@ pub struct EtdRender(());
 /// The object of a render's handle.
 pub struct Render {
     /// The scene.
-    pub ready: Arc<Ready>,
+    pub ready: Arc<SceneSession>,
     state: Mutex<RenderState>,
     /// Whether a run is active or about to start.
     runs: AtomicBool,
@@ -53,7 +53,7 @@ pub struct RenderState {
 }
 
 /// All renders.
-pub static RENDERS: Table<Render> = Table::new(2);
+pub static RENDERS: HandleTable<Render> = HandleTable::new(2);
 
 /// Statistics and error estimates of a render.
 #[repr(C)]
@@ -99,7 +99,7 @@ unsafe impl Versioned for EtdRenderInfo {
 
 impl RenderState {
     /// Returns the image with its layers.
-    pub fn layered(&mut self, ready: &Ready) -> Result<&LayeredImage, Failure> {
+    pub fn layered(&mut self, ready: &SceneSession) -> Result<&LayeredImage, Failure> {
         if self.layered.is_none() {
             let rendering = &self.rendering;
             self.layered = Some(ready.read(|session| Ok(rendering.layered(session)?))?);
@@ -146,7 +146,7 @@ impl Render {
         // Other calls that hold the lock only read, and end soon.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.layered = None;
-        let watcher = Watcher::new(watch, &self.cancelled);
+        let watcher = CallbackObserver::new(watch, &self.cancelled);
         let until = until(&state.rendering);
         let rendering = &mut state.rendering;
         self.ready

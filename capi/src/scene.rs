@@ -7,7 +7,7 @@
 
 use crate::build::{EtdTracing, EtdWork};
 use crate::describe::{EtdCamera, EtdFilm, affine};
-use crate::handle::Table;
+use crate::handle::HandleTable;
 use crate::memory::{
     not_null, read_list, read_struct, read_struct_or_zeros, text, write_struct, write_text,
 };
@@ -28,17 +28,17 @@ pub struct Scene {
     /// The description for the next commit.
     description: Mutex<SceneDescription>,
     /// The committed scene with the changes since. Shared with the renders that were created from it.
-    pub ready: Arc<Ready>,
+    pub ready: Arc<SceneSession>,
 }
 
 /// A committed scene, or `None` before the first commit.
 #[derive(Default)]
-pub struct Ready(RwLock<Option<Session>>);
+pub struct SceneSession(RwLock<Option<Session>>);
 
 /// All scenes.
-pub static SCENES: Table<Scene> = Table::new(1);
+pub static SCENES: HandleTable<Scene> = HandleTable::new(1);
 
-impl Ready {
+impl SceneSession {
     /// Calls `work` with the committed scene, without changing it.
     pub fn read<T>(&self, work: impl FnOnce(&Session) -> Result<T, Failure>) -> Result<T, Failure> {
         let guard: RwLockReadGuard<'_, _> = self.0.read().unwrap_or_else(PoisonError::into_inner);

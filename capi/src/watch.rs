@@ -67,16 +67,16 @@ unsafe impl Versioned for EtdWatch {
 }
 
 /// Forwards progress and intermediate images to the callbacks, and their request to cancel to the render.
-pub struct Watcher<'a> {
+pub struct CallbackObserver<'a> {
     watch: EtdWatch,
     cancelled: &'a AtomicBool,
     start: Instant,
 }
 
 // SAFETY: callers are required to accept calls from any thread; the pointer is only passed on to them.
-unsafe impl Sync for Watcher<'_> {}
+unsafe impl Sync for CallbackObserver<'_> {}
 
-impl<'a> Watcher<'a> {
+impl<'a> CallbackObserver<'a> {
     pub fn new(watch: EtdWatch, cancelled: &'a AtomicBool) -> Self {
         Self {
             watch,
@@ -86,7 +86,7 @@ impl<'a> Watcher<'a> {
     }
 }
 
-impl RenderObserver for Watcher<'_> {
+impl RenderObserver for CallbackObserver<'_> {
     fn cache_prepass(&self, _share: f64, _records: usize) {
         self.progress(&Progress {
             samples: 0,

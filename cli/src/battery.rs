@@ -26,13 +26,13 @@ pub fn run(arguments: &BatteryArguments) -> Result<Outcome> {
     };
     let settings = settings(arguments);
     let chosen = chosen(cases(settings.effort), &arguments.rows)?;
-    let files = Files::new(&arguments.out, command(&settings, arguments.seed.is_some()))?;
+    let files = BatteryFiles::new(&arguments.out, command(&settings, arguments.seed.is_some()))?;
     let watcher = Watcher::new(mode)?;
     let start = Instant::now();
     let report = run_cases(
         &chosen,
         &settings,
-        &Shown {
+        &BatteryProgress {
             watcher: &watcher,
             start,
         },
@@ -110,13 +110,13 @@ fn chosen(mut cases: Vec<Case>, rows: &[u32]) -> Result<Vec<Case>> {
 }
 
 /// The output files of a battery, and the command that measured it.
-struct Files {
+struct BatteryFiles {
     json: PathBuf,
     html: PathBuf,
     command: String,
 }
 
-impl Files {
+impl BatteryFiles {
     /// Creates the folder, and checks that both files can be written before anything is measured.
     fn new(folder: &Path, command: String) -> Result<Self> {
         make_folder(folder)?;
@@ -137,12 +137,12 @@ impl Files {
 }
 
 /// Shows progress and forwards Ctrl-C.
-struct Shown<'a> {
+struct BatteryProgress<'a> {
     watcher: &'a Watcher,
     start: Instant,
 }
 
-impl BatteryObserver for Shown<'_> {
+impl BatteryObserver for BatteryProgress<'_> {
     fn progress(&self, fraction: f64, done: &CaseReport) {
         self.watcher.show(fraction, || {
             let left = time_left(fraction, self.start.elapsed());

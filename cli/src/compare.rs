@@ -8,7 +8,7 @@
 use super::args::{CompareArguments, Metric};
 use super::output::format_percent;
 use super::{Outcome, print};
-use crate::report::compare::json::{MapReport, Report, Verdict};
+use crate::report::compare::json::{CompareReport, JudgedMetric, MapReport};
 use crate::report::compare::tables;
 use crate::report::false_colour::{self, robust_scale};
 use etendue::internals::image::atomic::{check_creatable, write_atomically};
@@ -43,12 +43,12 @@ pub fn run(arguments: &CompareArguments) -> Result<Outcome> {
         None => None,
     };
     let notes = notes(&image, &reference, bias.as_ref());
-    let report = Report {
+    let report = CompareReport {
         image: arguments.image.display().to_string(),
         reference: arguments.reference.display().to_string(),
         width: image.image.width(),
         height: image.image.height(),
-        verdict: Verdict::of(arguments, &metrics, flip),
+        verdict: JudgedMetric::of(arguments, &metrics, flip),
         metrics,
         flip,
         bias,

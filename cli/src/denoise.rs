@@ -95,7 +95,7 @@ impl Denoised {
 
 /// The JSON output of `etendue denoise --json`.
 #[derive(Serialize)]
-struct Report<'a> {
+struct DenoiseReport<'a> {
     version: &'static str,
     file: String,
     output: Vec<String>,
@@ -147,7 +147,7 @@ pub fn run(arguments: &DenoiseArguments) -> Result<Outcome> {
     if !arguments.json {
         return Ok(Outcome::Done);
     }
-    let report = Report {
+    let report = DenoiseReport {
         version: env!("CARGO_PKG_VERSION"),
         file: arguments.file.display().to_string(),
         output: names,

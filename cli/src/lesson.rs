@@ -14,7 +14,7 @@ use etendue::internals::render::RenderObserver;
 use etendue::internals::render::settings::available_threads;
 use etendue::{Error, Result};
 use etendue_lab::lesson::page::Page;
-use etendue_lab::lesson::topic::{LessonObserver, Settings, Topic};
+use etendue_lab::lesson::topic::{LessonObserver, LessonSettings, Topic};
 use etendue_lab::lesson::{self, TOPICS};
 use etendue_lab::verdict::Verdict;
 use std::path::PathBuf;
@@ -118,13 +118,13 @@ impl<'a> Site<'a> {
 
     /// Runs all topics, or those before an interruption.
     fn run(&self, watcher: &Watcher) -> Result<Vec<Done>> {
-        let settings = Settings {
+        let settings = LessonSettings {
             seed: self.arguments.seed,
             threads: self
                 .arguments
                 .threads
                 .map_or_else(available_threads, usize::from),
-            ..Settings::default()
+            ..LessonSettings::default()
         };
         let whole: f64 = self.topics.iter().map(|topic| topic.weight).sum();
         let start = Instant::now();

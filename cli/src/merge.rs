@@ -26,7 +26,7 @@ use std::time::Instant;
 
 /// The printed result.
 #[derive(Debug, Serialize)]
-struct Report {
+struct MergeReport {
     version: String,
     files: usize,
     /// Samples per pixel that were merged.
@@ -97,7 +97,7 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
         .error
         .map(|target| bound.is_some_and(|bound| bound <= target));
     let needed = arguments.error.filter(|_| reached == Some(false));
-    let report = Report {
+    let report = MergeReport {
         version: state.header.identity.program.clone(),
         files: arguments.files.len(),
         spp: state.header.samples(),
@@ -287,7 +287,7 @@ fn metadata(
 /// The summary line: outputs, files, samples, error, and what is missing.
 fn last_line(
     arguments: &MergeArguments,
-    report: &Report,
+    report: &MergeReport,
     error: Option<&ErrorEstimate>,
     filtered: Option<String>,
 ) -> String {

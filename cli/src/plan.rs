@@ -13,14 +13,14 @@ use etendue::Result;
 use etendue::internals::effects::Effect;
 use etendue::internals::film::filter::{Filter, FilterDescription, FilterSampling};
 use etendue::internals::math::stats::Spread;
-use etendue::internals::plan::{Finding, Plan};
+use etendue::internals::plan::{EffectFinding, Plan};
 use etendue::internals::render::RenderObserver;
 use etendue::internals::render::auto::Recommendation;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::description::{Place, SceneDescription};
 use etendue::internals::session::Session;
-use etendue_lab::study::effect_cost::{CostSettings, Costs, EffectCost, effect_costs};
+use etendue_lab::study::effect_cost::{CostSettings, EffectCost, EffectCosts, effect_costs};
 use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
@@ -30,7 +30,7 @@ const PIXELS: f64 = 20_000.0;
 
 /// The printed report.
 #[derive(Debug, Serialize)]
-struct Report {
+struct PlanReport {
     scene: String,
     kernel: &'static str,
     /// Effects that the kernel has but the scene does not need.
@@ -110,7 +110,7 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
         integrator: recommendation.integrator,
         ..settings
     };
-    let report = Report {
+    let report = PlanReport {
         shards,
         ..report(
             &description,
@@ -151,7 +151,7 @@ fn measure(
     plan: &Plan,
     settings: &CostSettings,
     watcher: &Watcher,
-) -> Result<Option<Costs>> {
+) -> Result<Option<EffectCosts>> {
     let start = Instant::now();
     let costs = effect_costs(description, plan, settings, &Cancelling(watcher), |done| {
         let left = time_left(done, start.elapsed()).unwrap_or_default();
@@ -164,10 +164,10 @@ fn measure(
 fn report(
     description: &SceneDescription,
     plan: &Plan,
-    costs: Option<&Costs>,
+    costs: Option<&EffectCosts>,
     recommendation: &Recommendation,
     settings: &RenderSettings,
-) -> Report {
+) -> PlanReport {
     let kernel = plan.kernel.effects();
     let surplus = plan
         .findings
@@ -177,7 +177,7 @@ fn report(
         let costs = costs?.effects.iter();
         costs.clone().find(|cost| cost.effect == effect)
     };
-    Report {
+    PlanReport {
         scene: description.file.display().to_string(),
         kernel: plan.kernel.name(),
         surplus: surplus.map(|finding| finding.effect.name()).collect(),
@@ -202,7 +202,7 @@ fn filter_report(description: &FilterDescription, settings: &RenderSettings) -> 
     }
 }
 
-fn effect_report(finding: &Finding, cost: Option<&EffectCost>) -> EffectReport {
+fn effect_report(finding: &EffectFinding, cost: Option<&EffectCost>) -> EffectReport {
     EffectReport {
         effect: finding.effect.name(),
         on: finding.on,
@@ -228,7 +228,7 @@ fn place_text(place: &Place) -> Option<String> {
     }
 }
 
-fn table(report: &Report) -> String {
+fn table(report: &PlanReport) -> String {
     let mut text = format!("{}\n\n", report.scene);
     let width = Effect::ALL.iter().map(|effect| effect.name().len()).max();
     let width = width.unwrap_or(0);

@@ -30,7 +30,7 @@ pub fn run(arguments: &PriceArguments) -> Result<Outcome> {
         seed: arguments.measurement.seed,
         options: arguments.measurement.tracing.options(),
     };
-    let measured = price::run(&description, &settings, start, &Shown(&watcher));
+    let measured = price::run(&description, &settings, start, &PriceProgress(&watcher));
     watcher.finish();
     let report = measured?;
     if arguments.measurement.json {
@@ -55,9 +55,9 @@ pub fn run(arguments: &PriceArguments) -> Result<Outcome> {
 }
 
 /// Shows the progress, and forwards Ctrl-C.
-struct Shown<'a>(&'a Watcher);
+struct PriceProgress<'a>(&'a Watcher);
 
-impl StudyObserver for Shown<'_> {
+impl StudyObserver for PriceProgress<'_> {
     fn progress(&self, fraction: f64, what: &str) {
         self.0.show(fraction, || what.to_owned());
     }

@@ -14,7 +14,7 @@ pub struct Plot {
     /// Text on how to read the plot.
     pub reading: String,
     /// The shape of the frame.
-    pub shape: Shape,
+    pub shape: AspectRatio,
     /// The horizontal axis.
     pub x: Axis,
     /// The vertical axis.
@@ -25,7 +25,7 @@ pub struct Plot {
 
 /// The aspect ratio of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Shape {
+pub enum AspectRatio {
     /// Wider than high, for curves.
     Wide,
     /// Square, for points of a plane.

@@ -72,12 +72,12 @@ pub struct RowPlace {
 
 /// A table entry: the square root of the loss, and B - (1 - mu)^5.
 #[derive(Debug, Clone, Copy, Default)]
-struct Entry {
+struct AlbedoEntry {
     root_loss: f32,
     excess: f32,
 }
 
-type Row = [Entry; NODES_MU];
+type Row = [AlbedoEntry; NODES_MU];
 
 /// The number of entries of the table, up to the next power of two: an index modulo this number needs no further check.
 const ENTRIES: usize = (NODES_ROUGHNESS * NODES_MU).next_power_of_two();
@@ -91,9 +91,9 @@ pub struct AlbedoTable {
 
 impl AlbedoTable {
     #[inline(always)]
-    fn entry(&self, index: u32) -> Entry {
+    fn entry(&self, index: u32) -> AlbedoEntry {
         let index = index as usize % ENTRIES;
-        Entry {
+        AlbedoEntry {
             root_loss: self.root_loss[index],
             excess: self.excess[index],
         }
@@ -211,7 +211,7 @@ pub fn pdf_multiple(mu: f32, alpha2: f32, scale: f32) -> f32 {
     scale * mu / (mu * mu + alpha2)
 }
 
-impl Entry {
+impl AlbedoEntry {
     #[inline(always)]
     fn lerp(self, other: Self, t: f32) -> Self {
         Self {
@@ -223,7 +223,7 @@ impl Entry {
 
 /// The interpolated entry of a row at the coordinate `x` of mu.
 #[inline]
-fn look_up(row: &Row, x: f32) -> Entry {
+fn look_up(row: &Row, x: f32) -> AlbedoEntry {
     let (i, s) = split(x, NODES_MU);
     row[i as usize].lerp(row[i as usize + 1], s)
 }
@@ -257,20 +257,20 @@ pub fn single_scatter(ggx: &Ggx, mu: f32, points: u32, step: u32) -> SingleScatt
     }
 }
 
-static TABLES: LazyLock<Tables> = LazyLock::new(Tables::build);
+static TABLES: LazyLock<AlbedoTables> = LazyLock::new(AlbedoTables::build);
 
 /// The table of all roughnesses; the first call builds it.
 pub fn table() -> &'static AlbedoTable {
     &TABLES.entries
 }
 
-struct Tables {
+struct AlbedoTables {
     entries: Box<AlbedoTable>,
     /// The means, with the loss divided by alpha^2: that ratio varies slowly.
     means: Box<[SingleScatter; NODES_MEAN]>,
 }
 
-impl Tables {
+impl AlbedoTables {
     fn build() -> Self {
         let mut tables = Self {
             entries: Box::new(AlbedoTable {

@@ -32,7 +32,7 @@ pub struct Dielectric {
 }
 
 /// The interface as seen from the side of `wo`, which is mirrored to the upper side.
-struct Side {
+struct InterfaceSide {
     /// +1 if `wo` is outside, -1 if it is inside.
     sign: f32,
     /// Index of the medium that `wo` is in.
@@ -115,13 +115,13 @@ impl Dielectric {
     }
 
     #[inline]
-    fn side(&self, wo: Vec3) -> Side {
+    fn side(&self, wo: Vec3) -> InterfaceSide {
         let (n_o, n_t) = if wo.z > 0.0 {
             (1.0, self.ior)
         } else {
             (self.ior, 1.0)
         };
-        Side {
+        InterfaceSide {
             sign: 1.0_f32.copysign(wo.z),
             n_o,
             n_t,
@@ -129,7 +129,7 @@ impl Dielectric {
     }
 
     #[inline]
-    fn sample_smooth(&self, side: &Side, wo: Vec3, u_lobe: f32) -> BsdfSample {
+    fn sample_smooth(&self, side: &InterfaceSide, wo: Vec3, u_lobe: f32) -> BsdfSample {
         let Interface { reflectance, cos_t } = fresnel::dielectric(wo.z.abs(), side.n_o, side.n_t);
         if u_lobe < reflectance {
             return BsdfSample {
@@ -173,7 +173,7 @@ impl Dielectric {
     #[inline]
     fn sample_rough(
         &self,
-        side: &Side,
+        side: &InterfaceSide,
         ggx: &Ggx,
         wo: Vec3,
         u_lobe: f32,
@@ -208,7 +208,7 @@ impl Dielectric {
     }
 }
 
-impl Side {
+impl InterfaceSide {
     /// Evaluates reflection, both directions above. Walter et al. eq. 20: f = F G D / (4 cos_o cos_i).
     #[inline]
     fn eval_reflection(&self, ggx: &Ggx, wo: Vec3, wi: Vec3) -> BsdfValue {

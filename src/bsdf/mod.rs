@@ -25,7 +25,7 @@ pub use dielectric::Dielectric;
 pub use diffuse::Diffuse;
 pub use mirror::Mirror;
 pub use phong::Phong;
-use principled::Choice;
+use principled::LobeProbabilities;
 pub use principled::{Principled, PrincipledParameters};
 pub use types::{BsdfSample, BsdfSampleInput, BsdfValue, Lobe};
 
@@ -128,7 +128,7 @@ pub struct BoundBsdf<'a> {
     bsdf: &'a Bsdf,
     wo: Vec3,
     /// The lobe probabilities of the principled model.
-    choice: Option<Choice>,
+    choice: Option<LobeProbabilities>,
 }
 
 impl BoundBsdf<'_> {

@@ -13,12 +13,12 @@ use crate::planted::planted;
 /// A vertex with its attributes, in half a cache line. Its position comes first, where Embree reads it.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(32))]
-pub struct Vertex {
+pub struct MeshVertex {
     position_and_u: Vec4,
     normal_and_v: Vec4,
 }
 
-impl Vertex {
+impl MeshVertex {
     fn new(position: Vec3, normal: Vec3, uv: Vec2) -> Self {
         Self {
             position_and_u: position.extend(uv.x),
@@ -48,7 +48,7 @@ impl Vertex {
 /// A triangle mesh.
 #[derive(Debug, Clone)]
 pub struct Mesh {
-    vertices: Vec<Vertex>,
+    vertices: Vec<MeshVertex>,
     indices: Vec<[u32; 3]>,
     has_normals: bool,
     has_uvs: bool,
@@ -74,7 +74,7 @@ impl Mesh {
         let bounds = Bounds::around(used.map(|&i| positions[i as usize].as_dvec3()));
         let vertex = |(i, &position): (usize, &Vec3)| {
             let normal = normals.get(i).copied().unwrap_or(Vec3::ZERO);
-            Vertex::new(position, normal, uvs.get(i).copied().unwrap_or(Vec2::ZERO))
+            MeshVertex::new(position, normal, uvs.get(i).copied().unwrap_or(Vec2::ZERO))
         };
         Self {
             vertices: positions.iter().enumerate().map(vertex).collect(),
@@ -86,13 +86,13 @@ impl Mesh {
     }
 
     /// The vertices.
-    pub fn vertices(&self) -> &[Vertex] {
+    pub fn vertices(&self) -> &[MeshVertex] {
         &self.vertices
     }
 
     /// The positions of the vertices.
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Vec3> {
-        self.vertices.iter().map(Vertex::position)
+        self.vertices.iter().map(MeshVertex::position)
     }
 
     /// The bounding box of all triangles, without unused vertices.
@@ -113,28 +113,28 @@ impl Mesh {
 
     /// The vertices of one triangle, with their attributes.
     #[inline(always)]
-    pub fn corners(&self, primitive: u32) -> [&Vertex; 3] {
+    pub fn corners(&self, primitive: u32) -> [&MeshVertex; 3] {
         self.indices[primitive as usize].map(|i| &self.vertices[i as usize])
     }
 
     /// The positions of the vertices of one triangle.
     #[inline]
     pub fn triangle(&self, primitive: u32) -> [Vec3; 3] {
-        self.corners(primitive).map(Vertex::position)
+        self.corners(primitive).map(MeshVertex::position)
     }
 
     /// The surface point with barycentric coordinates (u, v) of the second and third vertex of a triangle.
     #[inline]
     pub fn surface_at(&self, primitive: u32, [u, v]: [f32; 2]) -> SurfacePoint {
         let corners = self.corners(primitive);
-        let [a, b, c] = corners.map(Vertex::position);
+        let [a, b, c] = corners.map(MeshVertex::position);
         let mut point = triangle_point([a, b, c], [u, v]);
         if may_be_outside(&point, [a, b, c], [u, v]) {
             point = inset(point, [a, b, c]);
         }
         let ng = point.ng;
         let ns = if self.has_normals {
-            shading_normal(corners.map(Vertex::normal), ng, [u, v])
+            shading_normal(corners.map(MeshVertex::normal), ng, [u, v])
         } else {
             ng
         };
@@ -181,9 +181,9 @@ impl Mesh {
 
     /// The texture coordinates of a triangle with these vertices, as [`Self::triangle_uvs`].
     #[inline(always)]
-    pub fn uvs_of(&self, corners: [&Vertex; 3]) -> [Vec2; 3] {
+    pub fn uvs_of(&self, corners: [&MeshVertex; 3]) -> [Vec2; 3] {
         if self.has_uvs {
-            corners.map(Vertex::uv)
+            corners.map(MeshVertex::uv)
         } else {
             [Vec2::ZERO, Vec2::X, Vec2::Y]
         }

@@ -21,7 +21,7 @@ use crate::planted::planted;
 
 /// A shape of an instance at one time.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed<'a> {
+pub struct PlacedShape<'a> {
     /// The shape, in the group's units.
     pub geometry: &'a Geometry,
     to_world: DAffine3,
@@ -29,7 +29,7 @@ pub struct Placed<'a> {
     magnitude: DAffine3,
 }
 
-impl<'a> Placed<'a> {
+impl<'a> PlacedShape<'a> {
     /// Creates the view of a shape of an instance's group at a time.
     #[inline]
     pub fn new(geometry: &'a Geometry, instance: &Instance, time: f32) -> Self {

@@ -9,7 +9,7 @@
 
 use super::Geometry;
 pub use super::instance::Instance;
-use super::placed::Placed;
+use super::placed::PlacedShape;
 use super::surface::SurfacePoint;
 use crate::effects::{Effects, Switch};
 use crate::math::bounds::Bounds;
@@ -136,9 +136,9 @@ impl World {
 
     /// A shape of an instance at a time; `None` for a top-level shape.
     #[inline]
-    pub fn placed(&self, shape: u32, time: f32) -> Option<Placed<'_>> {
+    pub fn placed(&self, shape: u32, time: f32) -> Option<PlacedShape<'_>> {
         let (instance, geometry) = self.instanced(shape)?;
-        Some(Placed::new(geometry, instance, time))
+        Some(PlacedShape::new(geometry, instance, time))
     }
 
     /// The error bound of a point `p` on a primitive of an instance, including the error of a ray query in the group's
@@ -172,13 +172,13 @@ impl World {
 
     /// A shape as seen by a kernel for the effects `E`: without instances, all shapes are top-level shapes.
     #[inline]
-    fn shape<E: Effects>(&self, shape: u32, time: f32) -> Shape<'_> {
+    fn shape<E: Effects>(&self, shape: u32, time: f32) -> ShapeGeometry<'_> {
         if E::Instances::ON
             && let Some(placed) = self.placed(shape, time)
         {
-            return Shape::Placed(placed);
+            return ShapeGeometry::Placed(placed);
         }
-        Shape::Static(&self.geometries[shape as usize])
+        ShapeGeometry::Static(&self.geometries[shape as usize])
     }
 
     /// The surface point, in world space, where `ray` hits a primitive at parameter `t`.
@@ -192,8 +192,10 @@ impl World {
         barycentric: [f32; 2],
     ) -> SurfacePoint {
         match self.shape::<E>(id.shape, time) {
-            Shape::Static(geometry) => geometry.surface_at(id.primitive, ray, t, barycentric),
-            Shape::Placed(placed) => placed.surface_at(id.primitive, ray, t, barycentric),
+            ShapeGeometry::Static(geometry) => {
+                geometry.surface_at(id.primitive, ray, t, barycentric)
+            }
+            ShapeGeometry::Placed(placed) => placed.surface_at(id.primitive, ray, t, barycentric),
         }
     }
 
@@ -207,8 +209,8 @@ impl World {
         barycentric: [f32; 2],
     ) -> Vec2 {
         match self.shape::<E>(id.shape, time) {
-            Shape::Static(geometry) => geometry.uv_at(id.primitive, p, barycentric),
-            Shape::Placed(placed) => placed.uv_at(id.primitive, p, barycentric),
+            ShapeGeometry::Static(geometry) => geometry.uv_at(id.primitive, p, barycentric),
+            ShapeGeometry::Placed(placed) => placed.uv_at(id.primitive, p, barycentric),
         }
     }
 
@@ -216,8 +218,8 @@ impl World {
     #[inline]
     pub fn tangents_at<E: Effects>(&self, id: PrimitiveId, time: f32, p: Vec3) -> [Vec3; 2] {
         match self.shape::<E>(id.shape, time) {
-            Shape::Static(geometry) => geometry.tangents_at(id.primitive, p),
-            Shape::Placed(placed) => placed.tangents_at(id.primitive, p),
+            ShapeGeometry::Static(geometry) => geometry.tangents_at(id.primitive, p),
+            ShapeGeometry::Placed(placed) => placed.tangents_at(id.primitive, p),
         }
     }
 
@@ -233,16 +235,16 @@ impl World {
         to_outside: bool,
     ) -> f32 {
         match self.shape::<E>(id.shape, time) {
-            Shape::Static(geometry) => geometry.free_distance(from, w, to_outside),
-            Shape::Placed(placed) => placed.free_distance(from, w, to_outside),
+            ShapeGeometry::Static(geometry) => geometry.free_distance(from, w, to_outside),
+            ShapeGeometry::Placed(placed) => placed.free_distance(from, w, to_outside),
         }
     }
 }
 
 /// The geometry of a shape, by its placement.
-enum Shape<'a> {
+enum ShapeGeometry<'a> {
     /// A top-level shape.
     Static(&'a Geometry),
     /// A shape of an instance.
-    Placed(Placed<'a>),
+    Placed(PlacedShape<'a>),
 }

@@ -26,7 +26,7 @@ const MAX_SAMPLES: usize = 4 * MAX_PIXELS;
 pub(super) const FACT_PREFIX: &str = "etendue.";
 
 /// The contents of a file.
-pub(super) struct Contents {
+pub(super) struct ExrContents {
     /// The image; its pixels are not checked to be finite yet.
     pub(super) image: Image,
     pub(super) layers: Vec<Layer>,
@@ -34,7 +34,7 @@ pub(super) struct Contents {
 }
 
 /// Decodes everything in the bytes of an OpenEXR file.
-pub(super) fn decode(bytes: &[u8]) -> Result<Contents> {
+pub(super) fn decode(bytes: &[u8]) -> Result<ExrContents> {
     let (meta, colours) = checked_meta_data(bytes)?;
     check_samples(&meta, bytes.len())?;
     let all_channels = ::exr::prelude::read()
@@ -61,7 +61,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Contents> {
         })
         .partition(|layer| colours.names().contains(&layer.name.as_str()));
     let attributes = file.attributes.other.iter().chain(&part.attributes.other);
-    Ok(Contents {
+    Ok(ExrContents {
         image: Image::new(width, height, pixels(colours, &of_picture)),
         layers,
         metadata: attributes.filter_map(fact).collect(),

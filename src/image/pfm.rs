@@ -12,7 +12,7 @@ use std::io::{self, Write};
 
 /// Decodes an image from the bytes of a PFM file.
 pub(super) fn decode(bytes: &[u8]) -> Result<Image> {
-    let header = Header::parse(bytes)
+    let header = PfmHeader::parse(bytes)
         .ok_or_else(|| Error::scene("not a valid PFM file: expected width, height and scale"))?;
     let (width, height) = checked_size(header.width, header.height, bytes.len())?;
     let (samples, _) = bytes[header.length..].as_chunks::<4>();
@@ -52,7 +52,7 @@ pub(super) fn encode(mut writer: impl Write, image: &Image) -> io::Result<()> {
     Ok(())
 }
 
-struct Header {
+struct PfmHeader {
     channels: usize,
     width: usize,
     height: usize,
@@ -61,7 +61,7 @@ struct Header {
     length: usize,
 }
 
-impl Header {
+impl PfmHeader {
     /// Parses four words, each ended by one byte of white space or more, the last by exactly one.
     fn parse(bytes: &[u8]) -> Option<Self> {
         let mut length = 0;

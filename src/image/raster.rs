@@ -72,7 +72,7 @@ pub(super) fn decode(
     space: ColourSpace,
     not_valid: impl Fn(ImageError) -> Error,
 ) -> Result<Image> {
-    let samples = Samples::read(decoder, file_size, not_valid)?;
+    let samples = RasterSamples::read(decoder, file_size, not_valid)?;
     Ok(samples.image(space, colour))
 }
 
@@ -85,7 +85,7 @@ pub(super) fn decode_alpha(
     if !decoder.color_type().has_alpha() {
         return Ok(None);
     }
-    let samples = Samples::read(decoder, file_size, not_valid)?;
+    let samples = RasterSamples::read(decoder, file_size, not_valid)?;
     let space = ColourSpace::Linear;
     Ok(Some(
         samples.image(space, |pixel| Rgb::grey(pixel[pixel.len() - 1])),
@@ -93,14 +93,14 @@ pub(super) fn decode_alpha(
 }
 
 /// The samples of an image, as in the file.
-struct Samples {
+struct RasterSamples {
     size: (u32, u32),
     channels: usize,
     sample_size: usize,
     bytes: Vec<u8>,
 }
 
-impl Samples {
+impl RasterSamples {
     fn read(
         decoder: impl ImageDecoder,
         file_size: usize,

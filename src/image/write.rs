@@ -12,14 +12,14 @@ use std::path::Path;
 
 /// The formats that are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Format {
+enum OutputFormat {
     Exr,
     Png,
     Hdr,
     Pfm,
 }
 
-impl Format {
+impl OutputFormat {
     fn of(path: &Path) -> Result<Self> {
         let extension = path.extension().unwrap_or_default();
         match extension.to_ascii_lowercase().to_str() {
@@ -41,7 +41,7 @@ impl Format {
 ///
 /// If a layer does not have one sample per pixel.
 pub fn write(path: &Path, image: &Image, options: &WriteOptions) -> Result<()> {
-    let format = Format::of(path)?;
+    let format = OutputFormat::of(path)?;
     for layer in &options.layers {
         assert_eq!(
             layer.samples.len(),
@@ -51,17 +51,17 @@ pub fn write(path: &Path, image: &Image, options: &WriteOptions) -> Result<()> {
         );
     }
     write_atomically(path, |writer| match format {
-        Format::Exr => exr::encode(writer, image, options),
-        Format::Png => png::encode(writer, image, options.exposure, &[]),
-        Format::Hdr => hdr::encode(writer, image),
-        Format::Pfm => pfm::encode(writer, image),
+        OutputFormat::Exr => exr::encode(writer, image, options),
+        OutputFormat::Png => png::encode(writer, image, options.exposure, &[]),
+        OutputFormat::Hdr => hdr::encode(writer, image),
+        OutputFormat::Pfm => pfm::encode(writer, image),
     })
 }
 
 /// Checks that [`write()`] could write to `path` now, to fail before a long render. Leaves no new file behind and an
 /// existing file unchanged.
 pub fn check_writable(path: &Path) -> Result<()> {
-    Format::of(path)?;
+    OutputFormat::of(path)?;
     check_creatable(path)
 }
 

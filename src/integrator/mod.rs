@@ -96,8 +96,8 @@ impl SampleLanes {
 
     /// The estimate of a lane.
     #[inline(always)]
-    pub fn estimate(&self, lane: usize) -> Estimate {
-        Estimate {
+    pub fn estimate(&self, lane: usize) -> SampleEstimate {
+        SampleEstimate {
             radiance: load(&self.radiance, lane),
             rays: RayCounts {
                 camera: 1,
@@ -130,7 +130,7 @@ impl SampleLanes {
 
 /// The estimate of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
+pub struct SampleEstimate {
     /// The radiance along the camera ray.
     pub radiance: Rgb,
     /// The rays traced for it.

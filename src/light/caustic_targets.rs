@@ -30,7 +30,7 @@ pub struct CausticTargets {
 
 /// The ray that targets are weighed for: a point and the directions of rays from there, or a direction of parallel rays.
 #[derive(Debug, Clone, Copy)]
-enum Rays {
+enum EmittedRays {
     /// Rays from a point; the normal is zero where they leave in all directions.
     From {
         point: Vec3,
@@ -74,7 +74,7 @@ impl CausticTargets {
         [u_position, u_direction]: [Vec2; 2],
         around: &BoundingSphere,
     ) {
-        let rays = Rays::of(&sample.end, sample.direction, two_sided);
+        let rays = EmittedRays::of(&sample.end, sample.direction, two_sided);
         let total: f32 = self.targets(rays).map(|target| target.size).sum();
         if total <= 0.0 || u_choice >= TARGETED {
             return;
@@ -93,12 +93,12 @@ impl CausticTargets {
             return;
         };
         match rays {
-            Rays::From { .. } => {
+            EmittedRays::From { .. } => {
                 let one_minus_cos = target.size / (2.0 * PI);
                 let local = warp::sample_cone_uniform(u_direction, one_minus_cos);
                 sample.direction = Frame::from_normal(target.axis).to_world(local).normalize();
             }
-            Rays::Along(direction) => {
+            EmittedRays::Along(direction) => {
                 let d = (target.size / PI).sqrt() * warp::sample_disk_concentric(u_position);
                 let across = Frame::from_normal(-direction).to_world(Vec3::new(d.x, d.y, 0.0));
                 let p = target.axis + across;
@@ -122,17 +122,17 @@ impl CausticTargets {
         if self.is_empty() {
             return;
         }
-        let rays = Rays::of(end, direction, two_sided);
+        let rays = EmittedRays::of(end, direction, two_sided);
         let (mut total, mut hit) = (0.0, 0.0);
         for target in self.targets(rays).filter(|target| target.size > 0.0) {
             total += target.size;
             let is_hit = match rays {
-                Rays::From { .. } => {
+                EmittedRays::From { .. } => {
                     // 1 - cos, without cancellation.
                     let chord2 = target.axis.distance_squared(direction);
                     PI * chord2 <= target.size
                 }
-                Rays::Along(along) => {
+                EmittedRays::Along(along) => {
                     let way = target.axis - through;
                     let across = way - way.dot(along) * along;
                     PI * across.length_squared() <= target.size
@@ -147,21 +147,21 @@ impl CausticTargets {
         let of_targets = TARGETED * hit / total;
         let mixed = |own: f32| (1.0 - TARGETED) * own + of_targets;
         match rays {
-            Rays::From { .. } => {
+            EmittedRays::From { .. } => {
                 pdf.direction = pdf.direction.map(|own| PdfSolidAngle(mixed(own.0)));
             }
-            Rays::Along(_) => pdf.position = pdf.position.map(|own| PdfArea(mixed(own.0))),
+            EmittedRays::Along(_) => pdf.position = pdf.position.map(|own| PdfArea(mixed(own.0))),
         }
     }
 
     /// The targets as seen by the rays.
-    fn targets(&self, rays: Rays) -> impl Iterator<Item = Target> {
+    fn targets(&self, rays: EmittedRays) -> impl Iterator<Item = Target> {
         self.spheres.iter().map(move |sphere| match rays {
-            Rays::Along(_) => Target {
+            EmittedRays::Along(_) => Target {
                 axis: sphere.center,
                 size: PI * sphere.radius * sphere.radius,
             },
-            Rays::From {
+            EmittedRays::From {
                 point,
                 normal,
                 two_sided,
@@ -191,7 +191,7 @@ impl CausticTargets {
     }
 }
 
-impl Rays {
+impl EmittedRays {
     fn of(end: &ShadowRayEnd, direction: Vec3, two_sided: bool) -> Self {
         match end {
             ShadowRayEnd::Surface(point, _) => Self::From {

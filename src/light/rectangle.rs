@@ -57,7 +57,7 @@ struct Rectangle {
 }
 
 /// The sampling method for a receiver.
-struct Choice {
+struct RectangleSampling {
     /// Whether to sample by solid angle; else with the density.
     is_near: bool,
     /// Density in fractions of the edges.
@@ -233,7 +233,7 @@ impl Rectangle {
     /// The sampling method for the receiver `p`. It depends on nothing else, so that sampling and
     /// [`RectangleLight::pdf`] use the same density. Free of branches.
     #[inline(always)]
-    fn choice(&self, p: LaneVec3) -> Choice {
+    fn choice(&self, p: LaneVec3) -> RectangleSampling {
         let corner = self.corner - p;
         let is_behind = self.emission.is_dark_behind() & (corner.dot(self.normal) > 0.0);
         let center = corner + 0.5 * (self.edges[0] + self.edges[1]);
@@ -252,7 +252,7 @@ impl Rectangle {
             }
         };
         let weights = |r2: Vec2| Vec2::new(weight(r2.x), weight(r2.y));
-        Choice {
+        RectangleSampling {
             is_near: !is_behind & (distance2 < CLEAR * CLEAR),
             density: LinearSquare::new(weights(far - along), weights(far + along)),
         }
@@ -383,7 +383,7 @@ vectorised! {
         for lane in 0..LANES {
             let light = lights.get(lane);
             let p: LaneVec3 = load(p, lane);
-            let Choice { is_near, density } = light.choice(p);
+            let RectangleSampling { is_near, density } = light.choice(p);
             let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
             let RectanglePoint { position, wi, cos, pdf } = light.sample(p, density, u);
             let is_in_mask = mask.has(lane);

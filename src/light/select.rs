@@ -11,7 +11,7 @@ use super::lanes::{LightContextLanes, LightSampleLanes};
 use super::rectangle::{self, RectangleLanes};
 use super::sphere::{self, SphereLanes};
 use super::tree::LightTree;
-use super::triangle::{self, TriangleLanes};
+use super::triangle::{self, TriangleLightLanes};
 use super::types::{
     EmissionSample, EnvironmentSampling, LightChoice, LightSample, LightSampling, Receiver,
     ShadowRayEnd,
@@ -47,7 +47,7 @@ pub struct LightLanes {
     is_triangle: ActiveLanes<LANES>,
     is_sphere: ActiveLanes<LANES>,
     rectangles: RectangleLanes,
-    triangles: TriangleLanes,
+    triangles: TriangleLightLanes,
     spheres: SphereLanes,
 }
 
@@ -59,7 +59,7 @@ impl Default for LightLanes {
             is_triangle: ActiveLanes::NONE,
             is_sphere: ActiveLanes::NONE,
             rectangles: RectangleLanes::default(),
-            triangles: TriangleLanes::default(),
+            triangles: TriangleLightLanes::default(),
             spheres: SphereLanes::default(),
         }
     }

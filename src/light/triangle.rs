@@ -278,7 +278,7 @@ impl Triangle {
 /// A triangle light for each lane.
 #[repr(align(64))]
 #[derive(Debug)]
-pub struct TriangleLanes {
+pub struct TriangleLightLanes {
     vectors: [Lanes3; 6],
     area: Lanes<f32>,
     far2: Lanes<f32>,
@@ -286,7 +286,7 @@ pub struct TriangleLanes {
     cross: [Lanes<f64>; 3],
 }
 
-impl Default for TriangleLanes {
+impl Default for TriangleLightLanes {
     fn default() -> Self {
         Self {
             vectors: [[[0.0; LANES]; 3]; 6],
@@ -298,7 +298,7 @@ impl Default for TriangleLanes {
     }
 }
 
-impl TriangleLanes {
+impl TriangleLightLanes {
     /// Sets the light of a lane.
     #[inline]
     pub fn set(&mut self, lane: usize, light: &TriangleLight) {
@@ -339,7 +339,7 @@ vectorised! {
     /// Samples a point on the light of each lane of `mask` for the receiver `p`. Returns the lanes whose triangle is large or
     /// seen from near its plane, so that [`TriangleLight::sample`] has to do it.
     pub fn sample_lanes(
-        lights: &TriangleLanes,
+        lights: &TriangleLightLanes,
         mask: &ActiveLanes<LANES>,
         context: &LightContextLanes,
         p: &Lanes3,

@@ -14,11 +14,11 @@ use crate::effects::{Effect, Kernel};
 use crate::light::select::Lights;
 use crate::scene::Scene;
 use crate::scene::description::{Place, SceneDescription};
-use objects::{Object, objects};
+use objects::{PlannedObject, objects};
 
 /// The state of one effect, and the reason for it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finding {
+pub struct EffectFinding {
     /// The effect.
     pub effect: Effect,
     /// Whether the scene requires the effect.
@@ -33,7 +33,7 @@ pub struct Finding {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
     /// One finding for each effect, in the order of [`Effect::ALL`].
-    pub findings: Vec<Finding>,
+    pub findings: Vec<EffectFinding>,
     /// The kernel of `path` for the scene: the smallest with every effect that is on. Other integrators have two kernels
     /// only (`src/render/dispatch.rs`).
     pub kernel: Kernel,
@@ -51,7 +51,7 @@ impl Plan {
                 _ => objects.iter().find_map(|object| folded(object, effect)),
             };
             let (why, place) = reason.unwrap_or_else(|| (nothing(effect).to_owned(), None));
-            Finding {
+            EffectFinding {
                 effect,
                 on,
                 why,
@@ -74,14 +74,14 @@ impl Plan {
 type Reason = (String, Option<Place>);
 
 /// The reason why an effect is on, if the object requires it.
-fn calls(object: &Object, effect: Effect) -> Option<Reason> {
+fn calls(object: &PlannedObject, effect: Effect) -> Option<Reason> {
     let why = format!("{} {}", object.name, object.what(effect));
     let place = object.place.clone();
     object.calls_for.has(effect).then_some((why, Some(place)))
 }
 
 /// The reason why an effect is off, if the description of the object contains it without any result.
-fn folded(object: &Object, effect: Effect) -> Option<Reason> {
+fn folded(object: &PlannedObject, effect: Effect) -> Option<Reason> {
     let why = format!("{} {}", object.name, vanishes(effect));
     let place = object.place.clone();
     object.written.has(effect).then_some((why, Some(place)))

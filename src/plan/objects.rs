@@ -13,7 +13,7 @@ use crate::scene::{effects, placement};
 
 /// An object of a scene with the effects that it requires.
 #[derive(Debug)]
-pub struct Object {
+pub struct PlannedObject {
     /// The name of the object in a sentence.
     pub name: String,
     /// The location of the object in the scene file.
@@ -24,7 +24,7 @@ pub struct Object {
     pub written: EffectSet,
 }
 
-impl Object {
+impl PlannedObject {
     /// The property of the object that requires an effect.
     pub fn what(&self, effect: Effect) -> &'static str {
         match effect {
@@ -57,10 +57,10 @@ impl Object {
 
 /// Lists all objects that are in the scene: the camera, materials in the order of their use by shapes, shapes,
 /// instances, lights.
-pub fn objects(description: &SceneDescription) -> Vec<Object> {
+pub fn objects(description: &SceneDescription) -> Vec<PlannedObject> {
     let shutter = description.camera.shutter;
     let none = EffectSet::NONE;
-    let mut objects = vec![Object {
+    let mut objects = vec![PlannedObject {
         name: "the camera".to_owned(),
         place: description.camera.place.clone(),
         calls_for: effects::of_camera(&description.camera),
@@ -76,7 +76,7 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
     for shape in &shapes {
         if !std::mem::replace(&mut seen[shape.material], true) {
             let material = &description.materials[shape.material];
-            objects.push(Object {
+            objects.push(PlannedObject {
                 name: format!("material `{}`", material.name),
                 place: material.place.clone(),
                 calls_for: effects::of_material(material),
@@ -84,7 +84,7 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
             });
         }
     }
-    objects.extend(shapes.iter().map(|shape| Object {
+    objects.extend(shapes.iter().map(|shape| PlannedObject {
         name: format!("shape `{}`", shape.name),
         place: shape.place.clone(),
         calls_for: effects::of_shape(shape, shutter),
@@ -92,7 +92,7 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
     }));
     objects.extend(layout.instances.iter().map(|&instance| {
         let instance = &description.instances[instance];
-        Object {
+        PlannedObject {
             name: format!("instance `{}`", instance.name),
             place: instance.place.clone(),
             calls_for: effects::of_instance(instance, shutter),
@@ -112,7 +112,7 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
             LightModel::Spot { .. } => ("the spot light", none.with(Effect::DeltaLights)),
             LightModel::Distant { .. } => ("the distant light", none.with(Effect::DeltaLights)),
         };
-        Object {
+        PlannedObject {
             name: name.to_owned(),
             place: light.place.clone(),
             calls_for: effects::of_light(light),
@@ -124,7 +124,7 @@ pub fn objects(description: &SceneDescription) -> Vec<Object> {
 }
 
 /// The settings of the scene that need an effect, where it states them.
-fn settings(description: &SceneDescription) -> impl Iterator<Item = Object> {
+fn settings(description: &SceneDescription) -> impl Iterator<Item = PlannedObject> {
     let render = &description.render;
     let light_paths = effects::of_light_paths(description);
     let reuse = effects::of_reuse(description);
@@ -135,7 +135,7 @@ fn settings(description: &SceneDescription) -> impl Iterator<Item = Object> {
     .into_iter()
     .filter_map(|(key, rule, calls_for)| {
         let rule = rule.as_ref()?;
-        Some(Object {
+        Some(PlannedObject {
             name: format!("{key} = \"{}\"", rule.value),
             place: Place::on_line(&description.file, rule.line),
             calls_for,

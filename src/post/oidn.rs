@@ -39,7 +39,7 @@ const FOLDER_VARIABLE: &str = "OIDN_DIR";
 
 /// The images to denoise, row by row, three channels a pixel.
 #[derive(Debug)]
-pub struct Images<'a> {
+pub struct OidnImages<'a> {
     /// Width and height in pixels.
     pub size: [usize; 2],
     /// Colour images, each replaced by its result.
@@ -54,11 +54,11 @@ pub struct Images<'a> {
 ///
 /// # Errors
 /// If the library is not found, is older than version 2, or fails.
-pub fn filter(images: Images<'_>) -> Result<()> {
+pub fn filter(images: OidnImages<'_>) -> Result<()> {
     let library = load()?;
     let functions = Functions::of(&library)?;
-    let device = Device::new(&functions)?;
-    let Images {
+    let device = OidnDevice::new(&functions)?;
+    let OidnImages {
         size,
         colours,
         mut albedo,
@@ -200,12 +200,12 @@ impl<'a> Functions<'a> {
 }
 
 /// A device, released on drop.
-struct Device<'a> {
+struct OidnDevice<'a> {
     functions: &'a Functions<'a>,
     handle: Handle,
 }
 
-impl<'a> Device<'a> {
+impl<'a> OidnDevice<'a> {
     fn new(functions: &'a Functions<'a>) -> Result<Self> {
         // SAFETY: any number is allowed for a device type; an unknown one yields null.
         let handle = unsafe { (functions.new_device)(DEVICE_CPU) };
@@ -280,7 +280,7 @@ impl<'a> Device<'a> {
     }
 }
 
-impl Drop for Device<'_> {
+impl Drop for OidnDevice<'_> {
     fn drop(&mut self) {
         // SAFETY: the device is alive, and nothing refers to it after this.
         unsafe { (self.functions.release_device)(self.handle) }

@@ -36,14 +36,14 @@ const STRIDES: [u32; 5] = [64, 32, 16, 8, 4];
 const GROUP: usize = 64;
 
 /// A callback with the progress of a prepass, from 0 to 1, and the number of records; returns whether to continue.
-pub type Watch<'a> = &'a dyn Fn(f64, usize) -> bool;
+pub type PrepassProgress<'a> = &'a dyn Fn(f64, usize) -> bool;
 
 /// Fills the cache for a render that uses one, and counts the rays. An interrupted prepass leaves the records so far.
 pub fn cache_prepass(
     scene: &Scene,
     filter: &Filter,
     settings: &RenderSettings,
-    watch: Watch<'_>,
+    watch: PrepassProgress<'_>,
 ) -> (Option<IrradianceCache>, RayCounts) {
     let mut rays = RayCounts::default();
     if settings.integrator != IntegratorKind::IrradianceCache {

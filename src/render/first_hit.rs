@@ -126,7 +126,7 @@ pub fn first_hits(
     settings: &RenderSettings,
     spp: u64,
 ) -> Vec<FirstHit> {
-    let job = Job {
+    let job = FirstHitJob {
         scene,
         filter,
         spp,
@@ -150,7 +150,7 @@ pub fn first_hits(
     found
 }
 
-struct Job<'a> {
+struct FirstHitJob<'a> {
     scene: &'a Scene,
     filter: &'a Filter,
     spp: u64,
@@ -158,7 +158,7 @@ struct Job<'a> {
     sampler: AnySampler,
 }
 
-impl Job<'_> {
+impl FirstHitJob<'_> {
     fn block(
         &self,
         block: PixelBlock,

@@ -38,7 +38,7 @@ pub fn along_rays(
     rays: &[CameraRay],
     spp: u64,
 ) -> Vec<RayRadiance> {
-    let job = Job {
+    let job = RayRadianceJob {
         scene,
         rays,
         spp,
@@ -47,14 +47,14 @@ pub fn along_rays(
     dispatch::dispatch(scene, settings, None, job)
 }
 
-struct Job<'a> {
+struct RayRadianceJob<'a> {
     scene: &'a Scene,
     rays: &'a [CameraRay],
     spp: u64,
     sampler: AnySampler,
 }
 
-impl IntegratorJob for Job<'_> {
+impl IntegratorJob for RayRadianceJob<'_> {
     type Output = Vec<RayRadiance>;
 
     fn run<E: Effects, I: Integrator>(self, integrator: I) -> Vec<RayRadiance> {
@@ -64,7 +64,7 @@ impl IntegratorJob for Job<'_> {
     }
 }
 
-impl Job<'_> {
+impl RayRadianceJob<'_> {
     fn one<E: Effects, I: Integrator>(
         &self,
         place: u32,

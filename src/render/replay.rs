@@ -129,7 +129,7 @@ pub fn replay(
             );
         }
     };
-    let mut recorder = Recorder {
+    let mut recorder = EventRecorder {
         scene,
         events: Vec::new(),
         radiance: Rgb::BLACK,
@@ -139,7 +139,7 @@ pub fn replay(
         ..settings.clone()
     };
     observe(&alone, &mut recorder);
-    let Recorder {
+    let EventRecorder {
         events, radiance, ..
     } = recorder;
     if !settings.reuse().is_on() {
@@ -171,13 +171,13 @@ impl PathObserver for SampleValue {
     }
 }
 
-struct Recorder<'a> {
+struct EventRecorder<'a> {
     scene: &'a Scene,
     events: Vec<PathEvent>,
     radiance: Rgb,
 }
 
-impl PathObserver for Recorder<'_> {
+impl PathObserver for EventRecorder<'_> {
     fn arrived(&mut self, at: &PathVertex, beta: Rgb) {
         self.events.push(PathEvent::Arrived {
             position: self.scene.normalisation.world_point(at.p),

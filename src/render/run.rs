@@ -51,7 +51,7 @@ pub(super) struct Run<'a> {
 
 /// The state of the error that is shown during a render.
 #[derive(Debug, Clone, Copy, Default)]
-struct Shown {
+struct DisplayedError {
     rel_rmse: Option<f64>,
     predicted: Option<Predicted>,
 }
@@ -103,7 +103,7 @@ impl<'a> Run<'a> {
         let mut allocator = SampleAllocator::new(settings, rendered.is_pilot, known);
         let pixels = settings.window.pixel_count();
         let firsts = allocator.counts(pixels, self.first);
-        let mut shown = Shown::default();
+        let mut shown = DisplayedError::default();
         let mut checkpoints = Checkpoints::new(self.observer.checkpoint_interval(), self.start);
         let mut estimates = Estimates::new(self.start);
         let mut is_reached = false;
@@ -164,7 +164,7 @@ impl<'a> Run<'a> {
         film: &Film,
         planner: &mut PassPlanner,
         allocator: &SampleAllocator,
-        shown: &mut Shown,
+        shown: &mut DisplayedError,
     ) {
         let target = planner.target();
         let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
@@ -241,7 +241,7 @@ impl<'a> Run<'a> {
         (allocate, firsts): (SampleAllocation, &[u64]),
         samples: u64,
         planner: &PassPlanner,
-        shown: Shown,
+        shown: DisplayedError,
     ) {
         if self.settings.integrator == IntegratorKind::Metropolis {
             return self.chains(film, samples, planner, shown);
@@ -290,7 +290,7 @@ impl<'a> Run<'a> {
     }
 
     /// Runs one pass of Markov chains, with as many steps as there would be samples.
-    fn chains(&self, film: &mut Film, samples: u64, planner: &PassPlanner, shown: Shown) {
+    fn chains(&self, film: &mut Film, samples: u64, planner: &PassPlanner, shown: DisplayedError) {
         let (tiles, Some(splats)) = film.tiles_and_splats() else {
             return;
         };
@@ -341,7 +341,7 @@ impl<'a> Run<'a> {
         self.cancelled.load(Ordering::Relaxed)
     }
 
-    fn report(&self, planner: &PassPlanner, new_samples: u64, shown: Shown) {
+    fn report(&self, planner: &PassPlanner, new_samples: u64, shown: DisplayedError) {
         let samples = self.samples.fetch_add(new_samples, Ordering::Relaxed) + new_samples;
         let elapsed = self.start.elapsed();
         let per_pixel = samples as f64 / self.settings.window.pixel_count() as f64;

@@ -91,7 +91,7 @@ pub fn strategies(
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
     threads.run(|| {
         film.tiles().par_iter().with_max_len(1).for_each(|tile| {
-            let job = Job {
+            let job = StrategyTileJob {
                 splats: &splats,
                 window: tile.window,
                 integrator,
@@ -131,14 +131,14 @@ struct StrategySplats<'a> {
 }
 
 /// The job of sampling a tile.
-struct Job<'a> {
+struct StrategyTileJob<'a> {
     splats: &'a StrategySplats<'a>,
     window: Window,
     integrator: Bidirectional,
     sampler: &'a AnySampler,
 }
 
-impl KernelJob for Job<'_> {
+impl KernelJob for StrategyTileJob<'_> {
     type Output = ();
 
     fn run<E: Effects>(self) {

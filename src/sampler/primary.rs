@@ -49,17 +49,17 @@ pub struct Primary {
     /// Slots and previous values of the coordinates that the current step has changed.
     before: Vec<(u64, Coordinate)>,
     /// The current step, which [`Coordinate`]s are compared with.
-    now: Step,
+    now: ChainStep,
     /// The last accepted step.
-    accepted: Step,
+    accepted: ChainStep,
     /// The last accepted large step.
-    large: Step,
+    large: ChainStep,
     is_large: bool,
 }
 
 /// A step of the chain.
 #[derive(Debug, Clone, Copy, Default)]
-struct Step {
+struct ChainStep {
     /// Counted from 1.
     number: u64,
     /// The sum of the variances of all small steps up to this one.
@@ -70,13 +70,13 @@ struct Step {
 #[derive(Debug, Clone, Copy, Default)]
 struct Coordinate {
     value: f64,
-    step: Step,
+    step: ChainStep,
 }
 
 impl Primary {
     /// Creates a chain at a uniformly distributed point.
     pub fn new(seed: u64) -> Self {
-        let first = Step {
+        let first = ChainStep {
             number: 1,
             variance: 0.0,
         };

@@ -264,9 +264,9 @@ fn look_up(reversed_index: u32) -> [u32; DIMENSIONS - COMPUTED] {
 
 /// `TABLES[b][v]`: the contribution of byte `v` at bits 8b.. of the index, its bits reversed, to each dimension that is
 /// looked up.
-static TABLES: Tables = byte_tables();
+static TABLES: DirectionTables = byte_tables();
 
-type Tables = [[[u32; DIMENSIONS - COMPUTED]; 256]; 4];
+type DirectionTables = [[[u32; DIMENSIONS - COMPUTED]; 256]; 4];
 
 /// A primitive polynomial over GF(2) by its degree and inner coefficients, with its initial direction numbers.
 struct Polynomial {
@@ -324,9 +324,9 @@ const fn direction_numbers() -> [[u32; DIMENSIONS]; 32] {
     v
 }
 
-const fn byte_tables() -> Tables {
+const fn byte_tables() -> DirectionTables {
     let v = direction_numbers();
-    let mut tables: Tables = [[[0; DIMENSIONS - COMPUTED]; 256]; 4];
+    let mut tables: DirectionTables = [[[0; DIMENSIONS - COMPUTED]; 256]; 4];
     let mut byte = 0;
     while byte < 4 {
         let mut value = 0;

@@ -24,7 +24,7 @@ const MAX_SET: u32 = 1 << 16;
 pub struct Stratified {
     seed: u64,
     batches: Batches,
-    grid: Grid,
+    grid: CellGrid,
     /// Seed of the pixel and of the set.
     set_seed: u64,
     /// The sample's index in its set.
@@ -44,7 +44,7 @@ impl Stratified {
         Self {
             seed,
             batches,
-            grid: Grid::new(usable.unwrap_or(USUAL_SET)),
+            grid: CellGrid::new(usable.unwrap_or(USUAL_SET)),
             set_seed: 0,
             index: 0,
         }
@@ -86,7 +86,7 @@ impl Sampler for Stratified {
 
 /// The grid of cells of a pair.
 #[derive(Debug, Clone, Copy)]
-struct Grid {
+struct CellGrid {
     samples: u32,
     /// Cells along the second number.
     columns: u32,
@@ -94,7 +94,7 @@ struct Grid {
     rows: u32,
 }
 
-impl Grid {
+impl CellGrid {
     fn new(samples: u32) -> Self {
         let root = samples.isqrt();
         let divisor = (1..=root).rev().find(|d| samples.is_multiple_of(*d));
@@ -196,11 +196,11 @@ mod tests {
             (97, 9, 11),
             (100, 10, 10),
         ] {
-            let grid = Grid::new(samples);
+            let grid = CellGrid::new(samples);
             assert_eq!((grid.columns, grid.rows), (columns, rows), "{samples}");
         }
         for samples in 1..=MAX_SET {
-            let Grid { columns, rows, .. } = Grid::new(samples);
+            let CellGrid { columns, rows, .. } = CellGrid::new(samples);
             assert!(columns * rows >= samples && columns * rows < samples + columns);
             assert!(rows <= 2 * columns || samples <= 3, "{samples}");
         }

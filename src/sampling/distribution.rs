@@ -22,11 +22,11 @@ pub fn joined([high, low]: [f32; 2]) -> f64 {
 /// An alias table.
 #[derive(Debug, Clone)]
 pub struct AliasTable {
-    slots: Vec<Slot>,
+    slots: Vec<AliasSlot>,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Slot {
+struct AliasSlot {
     /// Below this remainder the slot's own item is chosen, else its alias.
     threshold: f64,
     alias: u32,
@@ -43,10 +43,10 @@ impl AliasTable {
             return None;
         }
         let count = weights.len() as f64;
-        let mut slots: Vec<Slot> = weights
+        let mut slots: Vec<AliasSlot> = weights
             .iter()
             .enumerate()
-            .map(|(i, &w)| Slot {
+            .map(|(i, &w)| AliasSlot {
                 threshold: w / sum * count,
                 alias: i as u32,
                 pmf: (w / sum) as f32,

@@ -7,8 +7,8 @@
 
 use super::description::SceneDescription;
 use super::normalisation::Normalisation;
-use super::placed::{Form, NormalisedShape, Placed};
-use super::placement::{Layout, Placement};
+use super::placed::{NormalisedShape, TransformedAttributes, TransformedShape};
+use super::placement::{Placement, SceneLayout};
 use crate::error::Result;
 use crate::geometry::Geometry;
 use crate::geometry::world::Instance;
@@ -42,11 +42,11 @@ fn too_far(name: &str) -> String {
 /// The first shape that is too far away.
 pub fn build_geometry(
     shapes: &[usize],
-    placed: &[Placed],
+    placed: &[TransformedShape],
     description: &SceneDescription,
     frame: &Normalisation,
-) -> Result<(Vec<Geometry>, Vec<Form>)> {
-    let trace = |(&shape, placed): (&usize, &Placed)| {
+) -> Result<(Vec<Geometry>, Vec<TransformedAttributes>)> {
+    let trace = |(&shape, placed): (&usize, &TransformedShape)| {
         let NormalisedShape { geometry, form } = placed.build_geometry(frame);
         if geometry.primitive_count() > 0 && !geometry.bounds().is_within(REACH) {
             let shape = &description.shapes[shape];
@@ -70,7 +70,7 @@ pub fn build_geometry(
 /// # Errors
 /// The first placement that cannot be traced.
 pub fn instances(
-    layout: &Layout,
+    layout: &SceneLayout,
     normalisation: &Normalisation,
     frames: &[Normalisation],
     groups: &[Vec<Geometry>],

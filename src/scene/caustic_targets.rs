@@ -8,7 +8,7 @@
 //! Source: none needed. Tested in `tests/rendering/light_paths.rs`.
 
 use super::description::{MaterialDescription, MaterialModel, SceneDescription};
-use super::{Scene, Shape};
+use super::{Scene, ShapeAttributes};
 use crate::geometry::texture::Texture;
 use crate::geometry::world::World;
 use crate::light::caustic_targets::{CausticTargets, MAX_TARGETS};
@@ -57,7 +57,7 @@ pub fn casts_caustics(material: &MaterialDescription) -> bool {
 /// Returns the caustic targets of a scene.
 pub(super) fn caustic_targets(
     description: &SceneDescription,
-    shapes: &[Shape],
+    shapes: &[ShapeAttributes],
     world: &World,
 ) -> CausticTargets {
     let mut boxes = Vec::new();

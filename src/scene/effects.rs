@@ -13,7 +13,7 @@ use super::description::{
 use super::keyframes::moves;
 use super::material::Material;
 use super::placed::has_shading_normals;
-use super::placement::{Layout, forms_own_group};
+use super::placement::{SceneLayout, forms_own_group};
 use crate::effects::{Effect, EffectSet};
 
 /// Returns the effects of a camera.
@@ -95,7 +95,7 @@ pub fn of_light_paths(description: &SceneDescription) -> EffectSet {
 
 /// Returns the effects of a scene's objects with this layout, except its camera and the choice among several lights.
 /// Shapes of groups that are not placed, and unused materials, do not count.
-pub fn of_objects(description: &SceneDescription, layout: &Layout) -> EffectSet {
+pub fn of_objects(description: &SceneDescription, layout: &SceneLayout) -> EffectSet {
     let shutter = description.camera.shutter;
     let mut effects = EffectSet::NONE;
     let mut seen = vec![false; description.materials.len()];

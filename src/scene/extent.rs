@@ -5,8 +5,8 @@
 //! Source: none needed. Tested through `prepare.rs` and `normalisation.rs`.
 
 use super::normalisation::Normalisation;
-use super::placed::Placed;
-use super::placement::Layout;
+use super::placed::TransformedShape;
+use super::placement::SceneLayout;
 use crate::geometry::Geometry;
 use crate::geometry::world::World;
 use crate::light::types::BoundingSphere;
@@ -14,8 +14,12 @@ use crate::math::bounds::Bounds;
 use crate::math::vec::Vec3;
 
 /// Returns the boxes of all primitives; for an instance, one box per shape.
-pub fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<Bounds> {
-    let whole = |placed: &Placed| {
+pub fn boxes(
+    roots: &[TransformedShape],
+    groups: &[Vec<TransformedShape>],
+    layout: &SceneLayout,
+) -> Vec<Bounds> {
+    let whole = |placed: &TransformedShape| {
         let boxes = placed.boxes().into_iter();
         boxes.fold(Bounds::default(), Bounds::union)
     };
@@ -32,7 +36,7 @@ pub fn boxes(roots: &[Placed], groups: &[Vec<Placed>], layout: &Layout) -> Vec<B
     });
     roots
         .iter()
-        .flat_map(Placed::boxes)
+        .flat_map(TransformedShape::boxes)
         .chain(of_instances)
         .collect()
 }
@@ -71,7 +75,7 @@ pub fn sphere_around(world: &World) -> BoundingSphere {
 }
 
 /// Returns the normalisation of a group.
-pub fn frame_of(group: &[Placed]) -> Normalisation {
-    let boxes: Vec<Bounds> = group.iter().flat_map(Placed::boxes).collect();
+pub fn frame_of(group: &[TransformedShape]) -> Normalisation {
+    let boxes: Vec<Bounds> = group.iter().flat_map(TransformedShape::boxes).collect();
     Normalisation::of(&boxes)
 }

@@ -8,7 +8,7 @@
 use super::description::{
     ColourDescription, GeometryDescription, LightModel, SceneDescription, ShapeDescription,
 };
-use super::placement::Layout;
+use super::placement::SceneLayout;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::memory;
@@ -38,7 +38,7 @@ const TEXEL: u64 = 20;
 ///
 /// # Errors
 /// If there is not.
-pub fn check(description: &SceneDescription, layout: &Layout) -> Result<()> {
+pub fn check(description: &SceneDescription, layout: &SceneLayout) -> Result<()> {
     memory::check(of_scene(description, layout), || "the scene".to_owned())
 }
 
@@ -50,7 +50,7 @@ pub fn mesh_build_memory(vertices: usize, triangles: usize) -> u64 {
 }
 
 /// Returns the estimate for a whole scene.
-pub fn of_scene(description: &SceneDescription, layout: &Layout) -> u64 {
+pub fn of_scene(description: &SceneDescription, layout: &SceneLayout) -> u64 {
     let shapes_of = |indices: &[usize]| {
         let shapes = indices.iter().map(|&index| &description.shapes[index]);
         shapes.fold(Sum::default(), |sum, shape| Sum {

@@ -43,7 +43,7 @@ use crate::math::vec::Vec2;
 use interaction::Interaction;
 use material::Material;
 use normalisation::Normalisation;
-use placed::Form;
+use placed::TransformedAttributes;
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -71,7 +71,7 @@ pub struct Scene {
     pub accel: Arc<Accel>,
     /// The effects that the scene requires of a kernel.
     pub effects: EffectSet,
-    shapes: Vec<Shape>,
+    shapes: Vec<ShapeAttributes>,
     materials: Vec<Material>,
     /// Emission of the shapes that emit.
     emitters: Vec<Emitter>,
@@ -89,16 +89,16 @@ struct PreparedCache {
     /// The effects that all objects but the camera require.
     objects: EffectSet,
     /// The forms of the shapes that belong to no group.
-    still: Vec<Form>,
+    still: Vec<TransformedAttributes>,
     /// The normalisation of each group.
     frames: Vec<Normalisation>,
     /// The forms of the shapes of each group.
-    groups: Vec<Vec<Form>>,
+    groups: Vec<Vec<TransformedAttributes>>,
 }
 
 /// Attributes of a shape besides its geometry.
 #[derive(Debug, Clone, Copy)]
-struct Shape {
+struct ShapeAttributes {
     /// Index in the description; a shape of a group has the same in all instances.
     described: u32,
     material: u32,

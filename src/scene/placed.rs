@@ -15,7 +15,7 @@ use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::sync::Arc;
 
 /// A transformed shape.
-pub enum Placed {
+pub enum TransformedShape {
     /// A mesh.
     Mesh(PlacedMesh),
     /// A rectangle with right angles: its mesh; its corner and edges.
@@ -84,7 +84,7 @@ impl PlacedMesh {
     }
 }
 
-impl Placed {
+impl TransformedShape {
     /// Applies a shape's own transform to it, and then another.
     ///
     /// # Errors
@@ -197,7 +197,7 @@ impl Placed {
         }
         NormalisedShape {
             geometry,
-            form: Form { rectangle, dropped },
+            form: TransformedAttributes { rectangle, dropped },
         }
     }
 }
@@ -208,12 +208,12 @@ pub struct NormalisedShape {
     /// The geometry that rays intersect.
     pub geometry: Geometry,
     /// Further attributes.
-    pub form: Form,
+    pub form: TransformedAttributes,
 }
 
 /// Attributes of a normalised shape besides its geometry.
 #[derive(Debug, Clone, Copy)]
-pub struct Form {
+pub struct TransformedAttributes {
     /// Corner and edges of a rectangle with right angles.
     pub rectangle: Option<[Vec3; 3]>,
     /// Number of triangles that were left out.

@@ -20,7 +20,7 @@ use std::collections::{BTreeSet, HashMap};
 
 /// All shapes of a scene by placement; shapes are indices into the description.
 #[derive(Debug, Default)]
-pub struct Layout {
+pub struct SceneLayout {
     /// Static shapes of the world itself.
     pub shapes: Vec<usize>,
     /// The shapes of each placed group.
@@ -31,7 +31,7 @@ pub struct Layout {
     pub instances: BTreeSet<usize>,
 }
 
-impl Layout {
+impl SceneLayout {
     /// Returns the shapes that are placed at least once, in order; `count` is the number of shapes in the description.
     pub fn placed_shapes(&self, count: usize) -> impl Iterator<Item = usize> {
         let mut placed = vec![false; count];
@@ -45,7 +45,7 @@ impl Layout {
 /// One placement of a group.
 #[derive(Debug)]
 pub struct Placement {
-    /// The group, an index into [`Layout::groups`].
+    /// The group, an index into [`SceneLayout::groups`].
     pub group: usize,
     /// Group to world, at equally spaced times from the opening of the shutter to its closing.
     pub steps: Vec<DAffine3>,
@@ -54,7 +54,7 @@ pub struct Placement {
 }
 
 /// Transforms and keyframes between a group and the world, innermost last.
-type Chain<'a> = Vec<(DAffine3, &'a [Keyframe])>;
+type TransformChain<'a> = Vec<(DAffine3, &'a [Keyframe])>;
 
 /// The content of a placed group.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -73,7 +73,7 @@ const MAX_PLACEMENTS: u64 = 1 << 22;
 
 /// Members of a group, or of the world itself; indices into the description.
 #[derive(Debug, Clone, Default)]
-struct Contents {
+struct GroupMembers {
     still: Vec<usize>,
     alone: Vec<usize>,
     instances: Vec<usize>,
@@ -89,9 +89,9 @@ struct Count {
 
 struct Flattening<'a> {
     description: &'a SceneDescription,
-    world: Contents,
-    groups: Vec<Contents>,
-    layout: Layout,
+    world: GroupMembers,
+    groups: Vec<GroupMembers>,
+    layout: SceneLayout,
     /// Index in the layout of each member that is placed already.
     known: HashMap<Member, usize>,
 }
@@ -100,7 +100,7 @@ struct Flattening<'a> {
 ///
 /// # Errors
 /// If groups are nested deeper than 64 levels, or there are more than 2^22 placements.
-pub fn layout(description: &SceneDescription) -> Result<Layout> {
+pub fn layout(description: &SceneDescription) -> Result<SceneLayout> {
     let mut flattening = Flattening::new(description);
     flattening.count(None, 0, &mut vec![None; flattening.groups.len()])?;
     flattening.layout.shapes.clone_from(&flattening.world.still);
@@ -123,9 +123,9 @@ impl<'a> Flattening<'a> {
     fn new(description: &'a SceneDescription) -> Self {
         let mut flattening = Self {
             description,
-            world: Contents::default(),
-            groups: vec![Contents::default(); description.groups.len()],
-            layout: Layout::default(),
+            world: GroupMembers::default(),
+            groups: vec![GroupMembers::default(); description.groups.len()],
+            layout: SceneLayout::default(),
             known: HashMap::new(),
         };
         let shutter = description.camera.shutter;
@@ -146,11 +146,11 @@ impl<'a> Flattening<'a> {
         flattening
     }
 
-    fn contents(&self, group: Option<usize>) -> &Contents {
+    fn contents(&self, group: Option<usize>) -> &GroupMembers {
         group.map_or(&self.world, |group| &self.groups[group])
     }
 
-    fn contents_mut(&mut self, group: Option<usize>) -> &mut Contents {
+    fn contents_mut(&mut self, group: Option<usize>) -> &mut GroupMembers {
         match group {
             Some(group) => &mut self.groups[group],
             None => &mut self.world,
@@ -201,7 +201,7 @@ impl<'a> Flattening<'a> {
     }
 
     /// Adds the placements of a group's members, or of the world's, except the static shapes.
-    fn place_contents(&mut self, parent: Option<usize>, chain: &mut Chain<'a>) {
+    fn place_contents(&mut self, parent: Option<usize>, chain: &mut TransformChain<'a>) {
         let description = self.description;
         let contents = self.contents(parent).clone();
         for index in contents.alone {
@@ -228,7 +228,7 @@ impl<'a> Flattening<'a> {
         }
     }
 
-    fn place(&mut self, member: Member, chain: &Chain<'a>, name: &str, place: &Place) {
+    fn place(&mut self, member: Member, chain: &TransformChain<'a>, name: &str, place: &Place) {
         let group = match self.known.get(&member) {
             Some(&group) => group,
             None => {
@@ -254,7 +254,7 @@ impl<'a> Flattening<'a> {
 }
 
 /// Multiplies a chain, at as many times as its finest motion and the product of all need.
-fn compose(chain: &Chain<'_>, shutter: [f64; 2]) -> Vec<DAffine3> {
+fn compose(chain: &TransformChain<'_>, shutter: [f64; 2]) -> Vec<DAffine3> {
     let intervals = chain
         .iter()
         .map(|(_, keys)| keyframes::steps(keys, shutter).len() - 1)

@@ -17,7 +17,7 @@ use super::footprint;
 use super::keyframes;
 use super::material::Material;
 use super::normalisation::Normalisation;
-use super::placed::Placed;
+use super::placed::TransformedShape;
 use super::placement::{forms_own_group, layout};
 use super::scene_lights::SceneLights;
 use super::{PreparedCache, Scene};
@@ -119,7 +119,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     })
 }
 
-fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>> {
+fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<TransformedShape>> {
     let shutter = description.camera.shutter;
     let shapes = shapes.iter().map(|&shape| &description.shapes[shape]);
     shapes
@@ -130,7 +130,7 @@ fn place(shapes: &[usize], description: &SceneDescription) -> Result<Vec<Placed>
             } else {
                 keyframes::at(&shape.motion, shutter[0])
             };
-            Placed::new(shape, &then)
+            TransformedShape::new(shape, &then)
         })
         .collect()
 }

@@ -9,9 +9,9 @@ use super::effects;
 use super::emitters::{Added, Emitters, InstanceTransform};
 use super::material::Material;
 use super::normalisation::Normalisation;
-use super::placed::Form;
-use super::placement::Layout;
-use super::{Emitter, PreparedCache, Shape, ShapeTraits};
+use super::placed::TransformedAttributes;
+use super::placement::SceneLayout;
+use super::{Emitter, PreparedCache, ShapeAttributes, ShapeTraits};
 use crate::accel::PrimitiveId;
 use crate::effects::{Effect, EffectSet};
 use crate::geometry::Geometry;
@@ -28,7 +28,7 @@ use std::sync::Arc;
 /// The lights, emitters and shape attributes of a scene.
 pub struct SceneLights {
     /// See [`Scene::shapes`](super::Scene).
-    pub(super) shapes: Vec<Shape>,
+    pub(super) shapes: Vec<ShapeAttributes>,
     /// Emission of the shapes that emit.
     pub(super) emitters: Vec<Emitter>,
     /// All lights that can be sampled.
@@ -42,7 +42,7 @@ impl SceneLights {
     /// Collects the shapes and lights of a description in a world with this layout.
     pub(super) fn new(
         description: &SceneDescription,
-        layout: &Layout,
+        layout: &SceneLayout,
         materials: &[Material],
         (normalisation, cache): (&Normalisation, &PreparedCache),
         world: &World,
@@ -106,7 +106,7 @@ impl SceneLights {
 struct Gathered<'a> {
     description: &'a SceneDescription,
     materials: &'a [Material],
-    shapes: Vec<Shape>,
+    shapes: Vec<ShapeAttributes>,
     emitters: Emitters,
 }
 
@@ -116,7 +116,7 @@ impl Gathered<'_> {
         &mut self,
         shapes: &[usize],
         geometries: &[Geometry],
-        forms: &[Form],
+        forms: &[TransformedAttributes],
         transform: InstanceTransform<'_>,
     ) {
         for (&shape, (geometry, form)) in shapes.iter().zip(geometries.iter().zip(forms)) {
@@ -140,7 +140,7 @@ impl Gathered<'_> {
                 .with_if(ShapeTraits::EMITS, emitter.is_some())
                 .with_if(ShapeTraits::IS_TEXTURED, shines_by_texture)
                 .with_if(ShapeTraits::IS_FLAT, is_flat);
-            self.shapes.push(Shape {
+            self.shapes.push(ShapeAttributes {
                 described: shape as u32,
                 material: description.material as u32,
                 emitter,

@@ -14,7 +14,7 @@ use crate::render::adaptive::allocation::Allocation;
 use crate::render::options::RenderOptions;
 use crate::render::settings::{Adaptive, Budget};
 use crate::render::{RenderObserver, Rendered};
-use crate::state::{Fingerprint, Header, Pilot, Shard, State, describe, fingerprint};
+use crate::state::{AdaptivePilot, Fingerprint, Shard, State, StateHeader, describe, fingerprint};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
@@ -47,7 +47,7 @@ impl Rendering {
     pub fn continue_from(&mut self, session: &Session, state: State) -> Result<()> {
         self.check_is_of(session, &state)?;
         let header = &state.header;
-        let pilot = self.rendered.allocation.as_deref().map(Pilot::of);
+        let pilot = self.rendered.allocation.as_deref().map(AdaptivePilot::of);
         let is_adaptive = self.settings.adaptive == Adaptive::TwoPhase;
         let wrong = match (&header.pilot, &pilot) {
             _ if self.settings.adaptive == Adaptive::Greedy => {
@@ -261,10 +261,10 @@ impl Rendering {
     ///
     /// # Errors
     /// An error of Embree.
-    pub fn header(&self, session: &Session) -> Result<Header> {
+    pub fn header(&self, session: &Session) -> Result<StateHeader> {
         let shard = self.shard.as_ref().map(|it| [it.start, it.end]);
         let description = session.description();
-        Ok(Header {
+        Ok(StateHeader {
             // An error ends a render before its limit.
             spp: self
                 .whole_spp()
@@ -272,7 +272,7 @@ impl Rendering {
             shard,
             wants_layers: self.settings.layers,
             bias: self.settings.bias(session.scene.effects),
-            ..Header::new(
+            ..StateHeader::new(
                 self.identity(session)?,
                 description.file.display().to_string(),
                 self.settings.window,
@@ -328,7 +328,12 @@ fn without_pilot(pilot: u64) -> Error {
 ///
 /// # Errors
 /// A file that cannot be written; Markov chains that were interrupted.
-pub fn save(header: Header, rendered: &Rendered, layers: Vec<Layer>, path: &Path) -> Result<()> {
+pub fn save(
+    header: StateHeader,
+    rendered: &Rendered,
+    layers: Vec<Layer>,
+    path: &Path,
+) -> Result<()> {
     if header.identity.name("integrator") == IntegratorKind::Metropolis.name() && is_cut(rendered) {
         return Err(Error::usage(
             "the Markov chains were interrupted within a pass, which has to be done again: the last checkpoint is kept",

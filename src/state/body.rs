@@ -7,7 +7,7 @@
 //! Range: a body that is too short, too long or has a number that no sum has is an error that names the byte.
 //! Source: none needed. Tested in `tests/rendering/state.rs` and `tests/fuzz_corpus.rs`.
 
-use super::header::{Header, MAX_COUNTED, damaged};
+use super::header::{MAX_COUNTED, StateHeader, damaged};
 use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::pixel::Sums;
@@ -75,8 +75,8 @@ fn write_sums<const C: usize>(sums: &Sums<C>, writer: &mut impl Write) -> io::Re
 ///
 /// # Errors
 /// A damaged body. The film has then some of the samples.
-pub fn add_to(header: &Header, body: &[u8], film: &mut Film) -> Result<Vec<Layer>> {
-    let mut reader = Reader {
+pub fn add_to(header: &StateHeader, body: &[u8], film: &mut Film) -> Result<Vec<Layer>> {
+    let mut reader = BodyReader {
         left: body,
         length: body.len(),
     };
@@ -97,7 +97,7 @@ pub fn add_to(header: &Header, body: &[u8], film: &mut Film) -> Result<Vec<Layer
         reader.skip(splatted.as_ref().map_or(0, |sums| sums.len()))?;
         of_tiles.push((start, &mut tile.pixels, splatted));
     }
-    let add = |(mut reader, pixels, splatted): (Reader<'_>, &mut Vec<_>, Option<&mut [_]>)| {
+    let add = |(mut reader, pixels, splatted): (BodyReader<'_>, &mut Vec<_>, Option<&mut [_]>)| {
         pixels.iter_mut().try_for_each(|it| reader.add_sums(it))?;
         let mut splatted = splatted.into_iter().flatten();
         splatted.try_for_each(|it| reader.add_sums(it))
@@ -113,7 +113,7 @@ pub fn add_to(header: &Header, body: &[u8], film: &mut Film) -> Result<Vec<Layer
             reader.skip(row.len())?;
             of_rows.push((start, row));
         }
-        let add = |(mut reader, row): (Reader<'_>, &mut [_])| {
+        let add = |(mut reader, row): (BodyReader<'_>, &mut [_])| {
             row.iter_mut().try_for_each(|it| reader.add_sums(it))
         };
         of_rows.into_par_iter().try_for_each(add)?;
@@ -134,13 +134,13 @@ pub fn add_to(header: &Header, body: &[u8], film: &mut Film) -> Result<Vec<Layer
 
 /// The part of a body that has not been read.
 #[derive(Clone, Copy)]
-struct Reader<'a> {
+struct BodyReader<'a> {
     left: &'a [u8],
     /// The length of the body.
     length: usize,
 }
 
-impl Reader<'_> {
+impl BodyReader<'_> {
     fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
         match self.left.split_first_chunk() {
             Some((bytes, left)) => {
@@ -152,7 +152,7 @@ impl Reader<'_> {
     }
 
     /// Adds the sample count of a tile.
-    fn add_samples(&mut self, header: &Header, sum: &mut u64) -> Result<()> {
+    fn add_samples(&mut self, header: &StateHeader, sum: &mut u64) -> Result<()> {
         let samples = u64::from_le_bytes(self.take()?);
         let (least, is_even) = (header.samples(), !header.is_uneven);
         // Where pixels have counts of their own, the tile's is the least of these.

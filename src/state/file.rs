@@ -5,7 +5,7 @@
 //! Source: `mod.rs` has the layout. Tested in `tests/rendering/state.rs` and `tests/fuzz_corpus.rs`.
 
 use super::body;
-use super::header::{Header, damaged};
+use super::header::{StateHeader, damaged};
 use crate::error::{Error, ErrorKind, Result};
 use crate::film::Film;
 use crate::image::Layer;
@@ -31,7 +31,7 @@ const CHECKSUM: usize = blake3::OUT_LEN;
 const MAX_HEADER: u32 = 1 << 26;
 
 /// Writes a state to a file, whole or not at all.
-pub fn write(header: &Header, film: &Film, layers: &[Layer], path: &Path) -> Result<()> {
+pub fn write(header: &StateHeader, film: &Film, layers: &[Layer], path: &Path) -> Result<()> {
     let text = serde_json::to_vec(header)
         .map_err(|error| Error::render("cannot write the header").because(error))?;
     write_durably(path, |writer| {
@@ -107,7 +107,7 @@ fn too_large() -> io::Error {
 /// A file whose checksum was found to be right.
 pub struct Checked {
     /// The header.
-    pub header: Header,
+    pub header: StateHeader,
     /// All bytes of the file.
     pub bytes: Vec<u8>,
 }
@@ -139,7 +139,7 @@ impl Checked {
 ///
 /// # Errors
 /// A file that cannot be read or is not a state file.
-pub fn read_header(path: &Path) -> Result<Header> {
+pub fn read_header(path: &Path) -> Result<StateHeader> {
     let cannot_read = |error| Error::io("cannot read", path, error);
     let mut file = fs::File::open(path).map_err(cannot_read)?;
     let size = file.metadata().map_err(cannot_read)?.len();
@@ -162,7 +162,7 @@ pub fn read_header(path: &Path) -> Result<Header> {
 ///
 /// # Errors
 /// A damaged file, or one of another format.
-pub fn checked(bytes: &[u8]) -> Result<(Header, &[u8])> {
+pub fn checked(bytes: &[u8]) -> Result<(StateHeader, &[u8])> {
     let length = header_length(bytes)?;
     let Some((content, checksum)) = bytes.split_last_chunk::<CHECKSUM>() else {
         return Err(too_short(bytes.len()));
@@ -211,13 +211,13 @@ fn header_length(bytes: &[u8]) -> Result<usize> {
 }
 
 /// The header of a file of this size, whose first bytes are given.
-fn header(bytes: &[u8], length: usize, size: u64) -> Result<Header> {
+fn header(bytes: &[u8], length: usize, size: u64) -> Result<StateHeader> {
     let body_length = size.checked_sub((BEFORE_HEADER + length + CHECKSUM) as u64);
     let text = bytes.get(BEFORE_HEADER..BEFORE_HEADER + length);
     let (Some(text), Some(body_length)) = (text, body_length) else {
         return Err(too_short(size as usize));
     };
-    let header: Header = serde_json::from_slice(text)
+    let header: StateHeader = serde_json::from_slice(text)
         .map_err(|error| damaged(format!("its header cannot be read: {error}")).because(error))?;
     header.check(body_length)?;
     Ok(header)

@@ -1,7 +1,7 @@
 //! The header of a state file: all that is known of the samples but their sums.
 //!
 //! Measure: stated at each field.
-//! Range: [`Header::check`] refuses a header that no render writes. Of adaptive renders, numbers of samples are levels,
+//! Range: [`StateHeader::check`] refuses a header that no render writes. Of adaptive renders, numbers of samples are levels,
 //! means over the pixels.
 //! Source: none needed. Tested in `tests/rendering/state.rs`.
 
@@ -30,14 +30,14 @@ const MAX_SECONDS: f64 = 1e15;
 
 /// The pilot of an adaptive render, which decides the counts of its other samples.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Pilot {
+pub struct AdaptivePilot {
     /// The samples of every pixel in the pilot.
     pub samples: u64,
     /// The identity of its allocation.
     pub identity: String,
 }
 
-impl Pilot {
+impl AdaptivePilot {
     /// The pilot of this allocation.
     pub fn of(allocation: &Allocation) -> Self {
         Self {
@@ -49,7 +49,7 @@ impl Pilot {
 
 /// All that is known of samples but their sums.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Header {
+pub struct StateHeader {
     /// The identity of scene, settings and program.
     pub identity: Fingerprint,
     /// The scene file, for messages.
@@ -92,13 +92,13 @@ pub struct Header {
     pub has_counts: bool,
     /// The pilot that decided the counts of samples; `None` for an even distribution, such as that of a pilot.
     #[serde(default)]
-    pub pilot: Option<Pilot>,
+    pub pilot: Option<AdaptivePilot>,
     /// The samples per pixel, distributed evenly, that those of an adaptive render are worth, if it is known.
     #[serde(default)]
     pub worth: Option<f64>,
 }
 
-impl Header {
+impl StateHeader {
     /// The header of a render without samples.
     pub fn new(identity: Fingerprint, scene_file: String, window: Window) -> Self {
         Self {
@@ -141,7 +141,7 @@ impl Header {
             done: Some(done).filter(|[a, b]| a < b).into_iter().collect(),
             is_uneven,
             has_counts: film.has_counts(),
-            pilot: rendered.allocation.as_deref().map(Pilot::of),
+            pilot: rendered.allocation.as_deref().map(AdaptivePilot::of),
             worth: rendered.worth,
             tile_size: film.tile_size(),
             reach: film.reach(),
@@ -259,7 +259,7 @@ impl Header {
             ));
         }
         let may_have_counts = self.reach == 0 && self.paths.is_none();
-        let is_pilot = |pilot: &Pilot| {
+        let is_pilot = |pilot: &AdaptivePilot| {
             (1..=MAX_SPP).contains(&pilot.samples) && pilot.samples.is_multiple_of(BATCHES)
         };
         let is_adaptive = self.has_counts && may_have_counts;

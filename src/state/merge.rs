@@ -13,7 +13,7 @@
 //! Source: none needed. Tested in `tests/rendering/state.rs` and `cli/tests/command/shards.rs`.
 
 use super::file::{self, Checked};
-use super::header::{Header, Pilot};
+use super::header::{AdaptivePilot, StateHeader};
 use super::ranges::{describe, joined, missing};
 use super::{State, body};
 use crate::error::{Error, Result};
@@ -31,7 +31,7 @@ const LOOK_DIVISOR: u64 = 4;
 #[derive(Debug)]
 pub struct Merge {
     /// Each file with its header, in the order of their samples.
-    parts: Vec<(PathBuf, Header)>,
+    parts: Vec<(PathBuf, StateHeader)>,
 }
 
 impl Merge {
@@ -98,7 +98,7 @@ impl Merge {
         let is_alone = self.parts.len() == 1;
         let mut sum = State {
             film: first.empty_film()?,
-            header: Header {
+            header: StateHeader {
                 spp: Some(spp),
                 shard: None,
                 done,
@@ -161,7 +161,7 @@ impl Merge {
     }
 
     /// Whether the files before a place are the whole pilot of an adaptive render, and nothing else.
-    fn is_pilot_alone(&self, place: usize, pilot: &Pilot) -> bool {
+    fn is_pilot_alone(&self, place: usize, pilot: &AdaptivePilot) -> bool {
         let before = &self.parts[..place];
         let all = || {
             let mut all = ranges(before);
@@ -180,9 +180,9 @@ impl State {
     }
 
     /// Computes the allocation of an adaptive render from the sums of its pilot.
-    fn allocate(&mut self, pilot: &Pilot) -> Result<()> {
+    fn allocate(&mut self, pilot: &AdaptivePilot) -> Result<()> {
         let allocation = Allocation::by_pilot(&self.film, pilot.samples);
-        if Pilot::of(&allocation) != *pilot {
+        if AdaptivePilot::of(&allocation) != *pilot {
             return Err(Error::usage(
                 "has samples that were distributed by another pilot than the one that is merged with them",
             ));
@@ -192,7 +192,7 @@ impl State {
     }
 
     /// Adds the sums of a file with this header.
-    fn add(&mut self, expected: &Header, file: &Checked) -> Result<()> {
+    fn add(&mut self, expected: &StateHeader, file: &Checked) -> Result<()> {
         let header = &file.header;
         if header != expected {
             return Err(Error::usage(
@@ -221,8 +221,8 @@ impl State {
 }
 
 /// The ranges of samples of all files, with the place of each file in the list.
-fn ranges(parts: &[(PathBuf, Header)]) -> Vec<([u64; 2], usize)> {
-    let of_part = |(place, (_, header)): (usize, &(PathBuf, Header))| {
+fn ranges(parts: &[(PathBuf, StateHeader)]) -> Vec<([u64; 2], usize)> {
+    let of_part = |(place, (_, header)): (usize, &(PathBuf, StateHeader))| {
         let done = header.done.clone();
         done.into_iter().map(move |range| (range, place))
     };
@@ -230,7 +230,7 @@ fn ranges(parts: &[(PathBuf, Header)]) -> Vec<([u64; 2], usize)> {
 }
 
 /// Refuses two files of different renders.
-fn check_same(first: &Path, a: &Header, other: &Path, b: &Header) -> Result<()> {
+fn check_same(first: &Path, a: &StateHeader, other: &Path, b: &StateHeader) -> Result<()> {
     let [ours, theirs] = [first, other].map(|path| path.display().to_string());
     let mut differences = a.identity.differences(&b.identity, &ours, &theirs);
     if a.film_layout() != b.film_layout() {
@@ -247,7 +247,7 @@ fn check_same(first: &Path, a: &Header, other: &Path, b: &Header) -> Result<()> 
 }
 
 /// Refuses two files with the same samples.
-fn check_apart(parts: &[(PathBuf, Header)]) -> Result<()> {
+fn check_apart(parts: &[(PathBuf, StateHeader)]) -> Result<()> {
     let mut all = ranges(parts);
     all.sort_unstable();
     let doubled = all.windows(2).filter(|pair| pair[1].0[0] < pair[0].0[1]);
@@ -273,7 +273,7 @@ fn check_apart(parts: &[(PathBuf, Header)]) -> Result<()> {
 
 /// Refuses two ranges that end within a round of batches. The batches of their samples together would not have the
 /// counts that follow from the number of samples.
-fn check_rounds(parts: &[(PathBuf, Header)]) -> Result<()> {
+fn check_rounds(parts: &[(PathBuf, StateHeader)]) -> Result<()> {
     let mut ragged = ranges(parts)
         .into_iter()
         .filter(|([first, end], _)| !(end - first).is_multiple_of(BATCHES));
@@ -288,8 +288,8 @@ fn check_rounds(parts: &[(PathBuf, Header)]) -> Result<()> {
 }
 
 /// Refuses files of adaptive renders whose samples were distributed by different pilots, or by none where there is one.
-fn check_pilots(parts: &[(PathBuf, Header)]) -> Result<()> {
-    let with_pilot = |(path, header): &'_ (PathBuf, Header)| {
+fn check_pilots(parts: &[(PathBuf, StateHeader)]) -> Result<()> {
+    let with_pilot = |(path, header): &'_ (PathBuf, StateHeader)| {
         let pilot = header.pilot.clone()?;
         Some((path.clone(), pilot))
     };

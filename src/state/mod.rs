@@ -8,7 +8,7 @@
 //! | 8 | `ETDSTATE` |
 //! | 4 | the number of the format, [`FORMAT`] |
 //! | 4 | the length of the header |
-//! | | the header, as JSON: [`Header`] |
+//! | | the header, as JSON: [`StateHeader`] |
 //! | 8 a tile | the sample count of each tile of the film |
 //! | 16 a pixel | the counts of samples and of rays of each pixel, tile by tile, of an adaptive render |
 //! | 4 to 196 a pixel | the sums of each pixel, tile by tile: 24 bits that tell which doubles are not 0, and these; 4 to 260 for each pixel of a tile and its halo where samples contribute to several pixels |
@@ -18,7 +18,7 @@
 //!
 //! A file is written under a temporary name, brought to the disk, and renamed.
 //!
-//! Measure: as in [`Header`]; sums as in `film/pixel.rs`.
+//! Measure: as in [`StateHeader`]; sums as in `film/pixel.rs`.
 //! Range: a file that was cut or changed is an error that names the byte or the checksum. Sums of different scenes,
 //! settings or versions are never added. Of adaptive renders, there are states of the pilot, and of samples that it
 //! distributed; of greedy ones there are none, as their counts depend on passes.
@@ -42,7 +42,7 @@ use crate::render::settings::SamplerKind;
 use crate::render::{Rendered, check_found_light};
 pub use file::{FORMAT, read_header, with_checksum};
 pub use fingerprint::{Fingerprint, fingerprint};
-pub use header::{Header, Pilot};
+pub use header::{AdaptivePilot, StateHeader};
 pub use merge::Merge;
 pub use ranges::{Shard, describe, missing};
 use std::path::Path;
@@ -52,7 +52,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct State {
     /// The facts about the render.
-    pub header: Header,
+    pub header: StateHeader,
     /// The sums of all pixels.
     pub film: Film,
     /// The layers of the first hits; only with the render's first sample.
@@ -149,7 +149,12 @@ impl State {
     ///
     /// # Errors
     /// The errors of [`Self::write`].
-    pub fn write_parts(header: &Header, film: &Film, layers: &[Layer], path: &Path) -> Result<()> {
+    pub fn write_parts(
+        header: &StateHeader,
+        film: &Film,
+        layers: &[Layer],
+        path: &Path,
+    ) -> Result<()> {
         file::write(header, film, layers, path)
     }
 

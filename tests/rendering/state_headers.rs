@@ -10,7 +10,7 @@ use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::NullRenderObserver;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::session::Session;
-use etendue::internals::state::{Header, Merge, Pilot, State};
+use etendue::internals::state::{AdaptivePilot, Merge, State, StateHeader};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -47,7 +47,7 @@ fn path() -> RenderOptions {
     options
 }
 
-fn write(state: &State, header: &Header, file: &Path) {
+fn write(state: &State, header: &StateHeader, file: &Path) {
     State::write_parts(header, &state.film, &state.layers, file).expect("it is written");
 }
 
@@ -56,8 +56,8 @@ fn impossible_headers_are_rejected() {
     let stage = Stage::new();
     let state = stage.state(&path());
     let file = stage.file("crafted.etd");
-    type Change = fn(&mut Header);
-    let pilot = |samples| Pilot {
+    type Change = fn(&mut StateHeader);
+    let pilot = |samples| AdaptivePilot {
         samples,
         identity: String::new(),
     };

@@ -15,7 +15,7 @@ use etendue::internals::render::settings::{LightPathRule, PathReuseRule, Sampler
 use etendue::internals::scene::load::unknown_name;
 use etendue::internals::state::Shard;
 use etendue_lab::study::shards::MAX_SHARDS;
-use etendue_lab::study::variant::Choice;
+use etendue_lab::study::variant::SettingValue;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -69,7 +69,7 @@ pub struct StudyArguments {
 
 /// The values of one setting.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Varied(pub Vec<Choice>);
+pub struct Varied(pub Vec<SettingValue>);
 
 /// The settings that can be varied.
 const SETTINGS: [&str; 8] = [
@@ -102,25 +102,25 @@ fn parse_varied(text: &str) -> Result<Varied, String> {
     choices.collect::<Result<_, _>>().map(Varied)
 }
 
-fn choice(setting: &str, value: &str) -> Result<Choice, String> {
+fn choice(setting: &str, value: &str) -> Result<SettingValue, String> {
     match setting {
         "integrator" => {
-            named(value, IntegratorKind::ALL, IntegratorKind::name).map(Choice::Integrator)
+            named(value, IntegratorKind::ALL, IntegratorKind::name).map(SettingValue::Integrator)
         }
-        "sampler" => named(value, SamplerKind::ALL, SamplerKind::name).map(Choice::Sampler),
+        "sampler" => named(value, SamplerKind::ALL, SamplerKind::name).map(SettingValue::Sampler),
         "precision" => {
             let all = [Precision::Robust, Precision::Fast];
-            named(value, &all, Precision::name).map(Choice::Precision)
+            named(value, &all, Precision::name).map(SettingValue::Precision)
         }
-        "backend" => named(value, Backend::ALL, Backend::name).map(Choice::Backend),
+        "backend" => named(value, Backend::ALL, Backend::name).map(SettingValue::Backend),
         "light-paths" => {
-            named(value, LightPathRule::ALL, LightPathRule::name).map(Choice::LightPaths)
+            named(value, LightPathRule::ALL, LightPathRule::name).map(SettingValue::LightPaths)
         }
-        "reuse" => named(value, PathReuseRule::ALL, PathReuseRule::name).map(Choice::Reuse),
-        "kernel" => named(value, Kernel::ALL, Kernel::name).map(Choice::Kernel),
-        "max-bounces" if value == "none" => Ok(Choice::MaxBounces(None)),
+        "reuse" => named(value, PathReuseRule::ALL, PathReuseRule::name).map(SettingValue::Reuse),
+        "kernel" => named(value, Kernel::ALL, Kernel::name).map(SettingValue::Kernel),
+        "max-bounces" if value == "none" => Ok(SettingValue::MaxBounces(None)),
         "max-bounces" => match value.parse() {
-            Ok(limit) => Ok(Choice::MaxBounces(Some(limit))),
+            Ok(limit) => Ok(SettingValue::MaxBounces(Some(limit))),
             Err(_) => Err(format!("`{value}`: expected a whole number, or none")),
         },
         _ => Err(unknown_name("setting", setting, &SETTINGS)),
@@ -144,14 +144,17 @@ mod tests {
     fn varied_settings_are_parsed() {
         let read = parse_varied("integrator=path, nee").expect("two integrators");
         let expected = [IntegratorKind::Path, IntegratorKind::NextEvent];
-        assert_eq!(read.0, expected.map(Choice::Integrator));
+        assert_eq!(read.0, expected.map(SettingValue::Integrator));
         let read = parse_varied("reuse=auto,off").expect("two rules");
         let off = PathReuseRule::Pixels(PathReuse::Off);
-        assert_eq!(read.0, [PathReuseRule::Auto, off].map(Choice::Reuse));
+        assert_eq!(read.0, [PathReuseRule::Auto, off].map(SettingValue::Reuse));
         let read = parse_varied("max-bounces=1,none").expect("two limits");
         assert_eq!(
             read.0,
-            [Choice::MaxBounces(Some(1)), Choice::MaxBounces(None)]
+            [
+                SettingValue::MaxBounces(Some(1)),
+                SettingValue::MaxBounces(None)
+            ]
         );
     }
 

@@ -39,7 +39,7 @@ pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
     for text in scenes.iter().flat_map(|given| &given.scene.notes) {
         note(&text.to_string());
     }
-    let files = Files::new(arguments)?;
+    let files = BenchFiles::new(arguments)?;
     let kept = KeptBench {
         keeper: Keeper::new(&watcher),
         files: &files,
@@ -94,13 +94,13 @@ fn settings(arguments: &BenchArguments) -> BenchSettings {
 }
 
 /// The output files of a benchmark, and the command that measured it.
-struct Files {
+struct BenchFiles {
     json: PathBuf,
     html: PathBuf,
     command: String,
 }
 
-impl Files {
+impl BenchFiles {
     /// Creates the folder, and checks that both files can be written before anything is measured.
     fn new(arguments: &BenchArguments) -> Result<Self> {
         let folder = &arguments.out;
@@ -119,7 +119,7 @@ impl Files {
 /// Writes the results so far to the report's JSON file.
 struct KeptBench<'a> {
     keeper: Keeper<'a>,
-    files: &'a Files,
+    files: &'a BenchFiles,
 }
 
 impl BenchObserver for KeptBench<'_> {

@@ -15,7 +15,7 @@ use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
 
 /// A render with everything that is known before it starts.
-pub struct Job<'a> {
+pub struct RenderJob<'a> {
     pub arguments: &'a RenderArguments,
     pub description: &'a SceneDescription,
     pub scene: &'a Scene,
@@ -26,7 +26,7 @@ pub struct Job<'a> {
     pub choices: PathChoices,
 }
 
-impl Job<'_> {
+impl RenderJob<'_> {
     /// Returns descriptions of everything that biases the image.
     pub fn bias(&self) -> Vec<String> {
         let mut bias = self.settings.bias(self.scene.effects);

@@ -26,7 +26,7 @@ use etendue::internals::render::path_strategies::{PathStrategy, path_strategies}
 use etendue::internals::render::{RenderInput, RenderObserver, Rendered, Threads, strategies};
 use etendue::internals::session::{Rendering, Session};
 use etendue::{Error, Result};
-use job::Job;
+use job::RenderJob;
 use options::options;
 use states::{Checkpointer, is_state};
 use stats::Times;
@@ -67,7 +67,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let mut rendering = started?;
     let settings = rendering.settings().clone();
     let recommendation = rendering.recommendation().cloned();
-    let job = Job {
+    let job = RenderJob {
         arguments,
         description: session.description(),
         scene: session.scene(),
@@ -104,7 +104,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
 }
 
 /// Prints the notes that precede the first sample.
-fn announce(job: &Job<'_>, session: &Session) {
+fn announce(job: &RenderJob<'_>, session: &Session) {
     let arguments = job.arguments;
     if !arguments.quiet {
         if let Some(recommendation) = job.auto {
@@ -130,7 +130,7 @@ fn announce(job: &Job<'_>, session: &Session) {
 /// The first error. Every output is tried before that: one that cannot be written costs no other, and states come first, as
 /// a process that was asked to end may have little time.
 fn finish(
-    job: &Job<'_>,
+    job: &RenderJob<'_>,
     session: &Session,
     rendering: &Rendering,
     outputs: &[PathBuf],
@@ -255,7 +255,7 @@ fn outputs(arguments: &RenderArguments) -> Vec<PathBuf> {
     }
 }
 
-impl Job<'_> {
+impl RenderJob<'_> {
     fn write(
         &self,
         outputs: &[PathBuf],

@@ -4,7 +4,7 @@
 //! Range: pixels of the image.
 //! Source: none needed. Tested in `cli/tests/command/render.rs`.
 
-use super::job::Job;
+use super::job::RenderJob;
 use crate::{Outcome, print};
 use etendue::internals::film::filter::Filter;
 use etendue::internals::math::rgb::Rgb;
@@ -12,7 +12,7 @@ use etendue::internals::render::replay::{PathEvent, replay};
 use etendue::{Error, Result};
 use std::fmt::Write;
 
-pub fn run(job: &Job<'_>, filter: &Filter, pixel: [u32; 2], sample: u64) -> Result<Outcome> {
+pub fn run(job: &RenderJob<'_>, filter: &Filter, pixel: [u32; 2], sample: u64) -> Result<Outcome> {
     let (width, height) = job.description.film.size;
     if pixel[0] >= width || pixel[1] >= height {
         return Err(Error::usage(format!(
@@ -41,7 +41,7 @@ pub fn run(job: &Job<'_>, filter: &Filter, pixel: [u32; 2], sample: u64) -> Resu
     print(text.as_bytes())
 }
 
-fn describe(job: &Job<'_>, event: &PathEvent, vertex: &mut u32) -> String {
+fn describe(job: &RenderJob<'_>, event: &PathEvent, vertex: &mut u32) -> String {
     match event {
         PathEvent::Arrived {
             position,

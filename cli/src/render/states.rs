@@ -12,7 +12,7 @@ use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::{Progress, RenderObserver, Rendered};
 use etendue::internals::session::states::save;
 use etendue::internals::session::{Rendering, Session};
-use etendue::internals::state::{Header, State, read_header};
+use etendue::internals::state::{State, StateHeader, read_header};
 use etendue::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -205,7 +205,7 @@ pub fn write(
 pub struct Checkpointer<'a> {
     watcher: &'a Watcher,
     /// The file, the time between two checkpoints and what they have in common.
-    checkpoint: Option<(&'a Path, Duration, Header)>,
+    checkpoint: Option<(&'a Path, Duration, StateHeader)>,
 }
 
 impl<'a> Checkpointer<'a> {

@@ -45,7 +45,7 @@ pub struct Stats {
     pub samples: u64,
     /// The smallest and the largest sample count of a pixel.
     pub spp_range: [u64; 2],
-    pub rays: Rays,
+    pub rays: RayStats,
     pub samples_per_second: f64,
     pub rays_per_second: f64,
     pub memory: Memory,
@@ -74,7 +74,7 @@ pub struct Times {
 }
 
 #[derive(Debug, Clone, Copy, Serialize)]
-pub struct Rays {
+pub struct RayStats {
     pub camera: u64,
     pub closest: u64,
     pub shadow: u64,
@@ -173,7 +173,7 @@ pub struct ImageStats {
     pub mean: [f64; 3],
 }
 
-impl From<RayCounts> for Rays {
+impl From<RayCounts> for RayStats {
     fn from(rays: RayCounts) -> Self {
         Self {
             camera: rays.camera,

@@ -4,7 +4,7 @@
 //! Range: any render, also an interrupted one.
 //! Source: none needed. Tested in `cli/tests/command/render.rs`.
 
-use super::job::Job;
+use super::job::RenderJob;
 use super::stats::{self, ErrorStats, ImageStats, Memory, PriceStats, Stats, TargetStats, Times};
 use crate::denoise::Denoised;
 use crate::durations::format_duration;
@@ -28,7 +28,7 @@ const TEN: f64 = 10.0;
 /// The share of non-finite samples above which the render fails with exit code 6.
 const NON_FINITE_LIMIT: f64 = 1e-6;
 
-impl Job<'_> {
+impl RenderJob<'_> {
     /// Whether anything is printed or written of a render beside its images and states.
     pub fn has_statistics(&self) -> bool {
         let arguments = self.arguments;

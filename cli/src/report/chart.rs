@@ -80,7 +80,7 @@ fn whisker(start: f64, end: f64) -> Markup {
 
 /// A part of a stacked bar.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct BarPart {
     /// The label.
     pub label: String,
     /// The value, which is its length.
@@ -92,7 +92,7 @@ pub struct Part {
 }
 
 /// Builds a stacked bar with its legend.
-pub fn stack(parts: &[Part]) -> Markup {
+pub fn stack(parts: &[BarPart]) -> Markup {
     let whole: f64 = parts.iter().map(|part| part.value.max(0.0)).sum();
     html! {
         div.stack aria-hidden="true" {
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn stacked_part_widths_are_shares_of_the_total() {
-        let parts = [1.0, 3.0].map(|value| Part {
+        let parts = [1.0, 3.0].map(|value| BarPart {
             label: "it".to_owned(),
             value,
             text: "1 ns".to_owned(),

@@ -10,14 +10,14 @@ use std::fmt::Write;
 
 /// The alignment of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Side {
+pub enum Alignment {
     /// Left-aligned words.
     Left,
     /// Right-aligned numbers.
     Right,
 }
 
-impl Side {
+impl Alignment {
     /// Returns the CSS class of the cells.
     fn class(self) -> Option<&'static str> {
         (self == Self::Right).then_some("number")
@@ -32,19 +32,19 @@ pub struct Table {
     /// The caption: what is shown, whether lower or higher is better, and the unit.
     pub caption: String,
     /// The names of the columns.
-    pub head: Vec<(String, Side)>,
+    pub head: Vec<(String, Alignment)>,
     /// The cells, row by row.
     pub rows: Vec<Vec<String>>,
 }
 
 /// Returns the header of a column of words.
-pub fn words(name: impl Into<String>) -> (String, Side) {
-    (name.into(), Side::Left)
+pub fn words(name: impl Into<String>) -> (String, Alignment) {
+    (name.into(), Alignment::Left)
 }
 
 /// Returns the header of a column of numbers.
-pub fn numbers(name: impl Into<String>) -> (String, Side) {
-    (name.into(), Side::Right)
+pub fn numbers(name: impl Into<String>) -> (String, Alignment) {
+    (name.into(), Alignment::Right)
 }
 
 impl Table {
@@ -75,8 +75,8 @@ impl Table {
         for ((_, side), width) in self.head.iter().zip(&widths) {
             // The width of a cell with its two spaces.
             match side {
-                Side::Left => text += &format!("|{}", "-".repeat(width + 2)),
-                Side::Right => text += &format!("|{}:", "-".repeat(width + 1)),
+                Alignment::Left => text += &format!("|{}", "-".repeat(width + 2)),
+                Alignment::Right => text += &format!("|{}:", "-".repeat(width + 1)),
             }
         }
         text += "|\n";
@@ -90,8 +90,8 @@ impl Table {
     fn push_row(&self, text: &mut String, cells: &[String], widths: &[usize]) {
         for ((cell, width), (_, side)) in cells.iter().zip(widths).zip(&self.head) {
             match side {
-                Side::Left => write!(text, "| {cell:<width$} "),
-                Side::Right => write!(text, "| {cell:>width$} "),
+                Alignment::Left => write!(text, "| {cell:<width$} "),
+                Alignment::Right => write!(text, "| {cell:>width$} "),
             }
             .expect("writing to a string cannot fail");
         }
@@ -113,8 +113,8 @@ impl Table {
         let line = |row: &Vec<String>| {
             let cells = row.iter().zip(&widths).zip(&self.head);
             let cells = cells.map(|((cell, &width), (_, side))| match side {
-                Side::Left => format!("{cell:<width$}"),
-                Side::Right => format!("{cell:>width$}"),
+                Alignment::Left => format!("{cell:<width$}"),
+                Alignment::Right => format!("{cell:>width$}"),
             });
             let line = cells.collect::<Vec<String>>().join("  ");
             line.trim_end().to_owned() + "\n"

@@ -26,7 +26,7 @@ use etendue_lab::bench::report::Machine;
 use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::settings::{StudyObserver, StudySettings};
 use etendue_lab::study::summary::summaries;
-use etendue_lab::study::variant::{Choice, Variant};
+use etendue_lab::study::variant::{SettingValue, Variant};
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -61,7 +61,7 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     };
     // The pilot is part of the study.
     let recommendation = recommendation(&settings, &description, &watcher)?;
-    let files = Files::new(arguments, recommendation)?;
+    let files = StudyFiles::new(arguments, recommendation)?;
     let kept = KeptStudy {
         keeper: Keeper::new(&watcher),
         files: &files,
@@ -129,12 +129,12 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
         threads: options.threads,
         ..RenderSettings::of_scene(description)?
     };
-    let mut choices: Vec<Choice> = arguments.vary.iter().flat_map(|v| v.0.clone()).collect();
+    let mut choices: Vec<SettingValue> = arguments.vary.iter().flat_map(|v| v.0.clone()).collect();
     if choices.is_empty() {
         // The default compares independent with Sobol' samples: few users have measured that gain on their own scene.
         choices = vec![
-            Choice::Sampler(SamplerKind::Independent),
-            Choice::Sampler(SamplerKind::Sobol),
+            SettingValue::Sampler(SamplerKind::Independent),
+            SettingValue::Sampler(SamplerKind::Sobol),
         ];
     }
     let variants = Variant::all(&Variant::new(base, options), &choices);
@@ -160,7 +160,7 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
 }
 
 /// The output files of a study, the machine, and the command that measured it.
-struct Files {
+struct StudyFiles {
     folder: PathBuf,
     json: PathBuf,
     csv: PathBuf,
@@ -171,7 +171,7 @@ struct Files {
     recommendation: Option<Recommendation>,
 }
 
-impl Files {
+impl StudyFiles {
     /// Creates the folder, and checks that all files can be written before anything is measured.
     fn new(arguments: &StudyArguments, recommendation: Option<Recommendation>) -> Result<Self> {
         let folder = &arguments.out;
@@ -211,7 +211,7 @@ impl Files {
 /// Writes the results so far to the report's JSON file at intervals.
 struct KeptStudy<'a> {
     keeper: Keeper<'a>,
-    files: &'a Files,
+    files: &'a StudyFiles,
     last: Mutex<Instant>,
 }
 

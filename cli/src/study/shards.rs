@@ -64,7 +64,7 @@ impl Studied<'_> {
         }
         make_folder(self.folder)?;
         check_creatable(&file)?;
-        let shown = Shown(Keeper::new(watcher));
+        let shown = ShardProgress(Keeper::new(watcher));
         let plan = shards::plan(
             self.description,
             self.full_size,
@@ -114,7 +114,7 @@ impl Studied<'_> {
         };
         let file = self.part_file(index);
         check_creatable(&file)?;
-        let shown = Shown(Keeper::new(watcher));
+        let shown = ShardProgress(Keeper::new(watcher));
         let part = shards::render(
             self.description,
             self.full_size,
@@ -183,9 +183,9 @@ impl Studied<'_> {
 }
 
 /// Shows progress and forwards Ctrl-C; there are no results to keep.
-struct Shown<'a>(Keeper<'a>);
+struct ShardProgress<'a>(Keeper<'a>);
 
-impl StudyObserver for Shown<'_> {
+impl StudyObserver for ShardProgress<'_> {
     fn progress(&self, fraction: f64, what: &str) {
         self.0.show(fraction, what);
     }

@@ -11,7 +11,7 @@ use super::case::{Case, Effort};
 use super::claim::Claim;
 use super::closed_forms::rectangle_below;
 use super::lamps::{distant, floor, point, reflected, square_through};
-use super::patch::{Estimator, PatchSettings, SIZE, bounces, looking, mean, see_again};
+use super::patch::{PatchEstimator, PatchSettings, SIZE, bounces, looking, mean, see_again};
 use super::transport::{floor_under_a_lamp, integrating_sphere, lit_room, ratio_of, room, series};
 use crate::scene_builder::{diffuse, light, mirror, rectangle, sky, sphere, surface};
 use etendue::internals::geometry::texture::Texture;
@@ -26,9 +26,9 @@ use etendue::internals::scene::description::{
 };
 use std::sync::Arc;
 
-const BIDIRECTIONAL: Estimator = Estimator::alone(IntegratorKind::Bidirectional);
-const METROPOLIS: Estimator = Estimator::alone(IntegratorKind::Metropolis);
-const ALL: [Estimator; 3] = [BIDIRECTIONAL, METROPOLIS, Estimator::WITH_LIGHT_PATHS];
+const BIDIRECTIONAL: PatchEstimator = PatchEstimator::alone(IntegratorKind::Bidirectional);
+const METROPOLIS: PatchEstimator = PatchEstimator::alone(IntegratorKind::Metropolis);
+const ALL: [PatchEstimator; 3] = [BIDIRECTIONAL, METROPOLIS, PatchEstimator::WITH_LIGHT_PATHS];
 
 /// Every case.
 pub fn cases(_: Effort) -> Vec<Case> {
@@ -49,7 +49,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
 /// A case about the mean over an image of uniform radiance.
 fn plain(
     (row, what): (u32, &str),
-    estimator: Estimator,
+    estimator: PatchEstimator,
     claim: Claim,
     scene: SceneDescription,
     patch: PatchSettings,
@@ -82,7 +82,7 @@ fn integrating_spheres() -> Vec<Case> {
     let limits = [
         (BIDIRECTIONAL, 1e-3, 1 << 9),
         (METROPOLIS, 2e-3, 1 << 6),
-        (Estimator::WITH_LIGHT_PATHS, 1e-3, 1 << 9),
+        (PatchEstimator::WITH_LIGHT_PATHS, 1e-3, 1 << 9),
     ];
     limits.map(case).into()
 }
@@ -110,9 +110,13 @@ fn roulette() -> Vec<Case> {
         (Roulette::Throughput, BIDIRECTIONAL, 1 << 6),
         (Roulette::Albedo, BIDIRECTIONAL, 1 << 6),
         (Roulette::Throughput, METROPOLIS, 1 << 6),
-        (Roulette::Throughput, Estimator::WITH_LIGHT_PATHS, 1 << 8),
+        (
+            Roulette::Throughput,
+            PatchEstimator::WITH_LIGHT_PATHS,
+            1 << 8,
+        ),
     ];
-    let case = |(roulette, estimator, spp): (Roulette, Estimator, u64)| {
+    let case = |(roulette, estimator, spp): (Roulette, PatchEstimator, u64)| {
         let (by, estimator_name) = (roulette, estimator.name());
         let name = format!("roulette by {by} over none, to depth 3, by {estimator_name}");
         Case::new(50, name, Claim::mean(1.0, 1e-3), move |trial| {

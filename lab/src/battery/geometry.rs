@@ -10,7 +10,7 @@ use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::disc_segment;
 use super::patch::{bounces, looking};
-use crate::bench::closed::{Aim, ClosedMesh, Form};
+use crate::bench::closed::{Aim, ClosedForm, ClosedMesh};
 use crate::bench::leaks::leaks;
 use crate::bench::random::Random;
 use crate::bench::target::Target;
@@ -58,8 +58,8 @@ pub fn cases(effort: Effort) -> Vec<Case> {
 fn closed_meshes(effort: Effort) -> Vec<Case> {
     let mut cases = Vec::new();
     for (what, form) in [
-        ("bumpy sphere", Form::BumpySphere),
-        ("room between thin walls", Form::Room),
+        ("bumpy sphere", ClosedForm::BumpySphere),
+        ("room between thin walls", ClosedForm::Room),
     ] {
         for (size, offset) in [(1.0, 0.0), (1e-3, 0.0), (1.0, 100.0)] {
             for &aim in Aim::ALL {

@@ -30,7 +30,7 @@ use case::{Case, Effort};
 pub use run::{BatteryObserver, BatterySettings, NullBatteryObserver, run};
 
 /// A group of cases about one subject.
-pub struct Subject {
+pub struct CaseGroup {
     /// Name of the subject.
     pub name: &'static str,
     /// A sentence on what is measured.
@@ -42,8 +42,8 @@ const fn subject(
     name: &'static str,
     caption: &'static str,
     cases: fn(Effort) -> Vec<Case>,
-) -> Subject {
-    Subject {
+) -> CaseGroup {
+    CaseGroup {
         name,
         caption,
         cases,
@@ -51,7 +51,7 @@ const fn subject(
 }
 
 /// Every subject, in the order of the report.
-pub const SUBJECTS: [Subject; 13] = [
+pub const SUBJECTS: [CaseGroup; 13] = [
     subject(
         "Six cases that break renderers",
         "The cases of the first table with their errors. Radiance.",
@@ -121,7 +121,7 @@ pub const SUBJECTS: [Subject; 13] = [
 
 /// Every case, in the order of the report.
 pub fn cases(effort: Effort) -> Vec<Case> {
-    let of_subject = |subject: &Subject| {
+    let of_subject = |subject: &CaseGroup| {
         let name = subject.name;
         let cases = (subject.cases)(effort).into_iter();
         cases.map(move |case| case.about(name))

@@ -41,14 +41,14 @@ pub struct PatchSettings {
 
 /// An integrator, with light paths beside its camera paths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Estimator {
+pub struct PatchEstimator {
     /// The integrator.
     pub integrator: IntegratorKind,
     /// The number of light paths for each camera path of `path`.
     pub light_paths: LightPathShare,
 }
 
-impl Estimator {
+impl PatchEstimator {
     /// `path` with as many light paths as camera paths.
     pub const WITH_LIGHT_PATHS: Self = Self {
         integrator: IntegratorKind::Path,
@@ -154,7 +154,7 @@ pub fn see_by(
     patch: PatchSettings,
 ) -> Result<Vec<f64>> {
     let scene = ready(trial, description)?;
-    let estimator = Estimator::alone(integrator);
+    let estimator = PatchEstimator::alone(integrator);
     picture(trial, estimator, (description, &scene), patch, trial.seed)
 }
 
@@ -165,7 +165,7 @@ pub fn see_by(
 /// An error of the scene or the backend.
 pub fn see_again(
     trial: &Trial<'_>,
-    estimator: Estimator,
+    estimator: PatchEstimator,
     description: &SceneDescription,
     patch: PatchSettings,
     of: impl Fn(&[f64]) -> f64,
@@ -187,7 +187,7 @@ pub fn mean(numbers: &[f64]) -> f64 {
 /// Renders with exactly `patch.spp` samples and returns the radiance of each pixel.
 fn picture(
     trial: &Trial<'_>,
-    estimator: Estimator,
+    estimator: PatchEstimator,
     (description, scene): (&SceneDescription, &Scene),
     patch: PatchSettings,
     seed: u64,

@@ -20,11 +20,11 @@ use etendue::internals::scene::description::{
 use std::sync::Arc;
 
 /// A change of the scene, which returns the factor by which the original pixels have to be multiplied.
-type Variant = fn(&mut SceneDescription, i32) -> f32;
+type SceneChange = fn(&mut SceneDescription, i32) -> f32;
 
 /// Every case.
 pub fn cases(_: Effort) -> Vec<Case> {
-    let case = |row, name: String, change: Variant, argument: i32| {
+    let case = |row, name: String, change: SceneChange, argument: i32| {
         let name = format!("pixels that differ: {name}");
         Case::new(row, name, Claim::exactly(0.0), move |trial| {
             differing(trial, change, argument)
@@ -102,7 +102,7 @@ fn picture(trial: &Trial<'_>, scene: &SceneDescription) -> Result<Vec<Rgb>> {
     Ok(rendered.film.develop().pixels().to_vec())
 }
 
-fn differing(trial: &Trial<'_>, change: Variant, argument: i32) -> Result<Vec<f64>> {
+fn differing(trial: &Trial<'_>, change: SceneChange, argument: i32) -> Result<Vec<f64>> {
     let before = picture(trial, &gallery())?;
     let mut changed = gallery();
     let factor = change(&mut changed, argument);

@@ -24,7 +24,7 @@ use rayon::prelude::*;
 const BLOCK: usize = 1024;
 
 /// The result of comparing one ray.
-enum Verdict {
+enum RayVerdict {
     Identical,
     Tie,
     Edge,
@@ -57,13 +57,13 @@ impl AgreementReport {
         self.first_real = self.first_real.take().or(later.first_real);
     }
 
-    fn count(&mut self, verdict: Verdict) {
+    fn count(&mut self, verdict: RayVerdict) {
         self.rays += 1;
         match verdict {
-            Verdict::Identical => self.identical += 1,
-            Verdict::Tie => self.ties += 1,
-            Verdict::Edge => self.edges += 1,
-            Verdict::Real(words) => {
+            RayVerdict::Identical => self.identical += 1,
+            RayVerdict::Tie => self.ties += 1,
+            RayVerdict::Edge => self.edges += 1,
+            RayVerdict::Real(words) => {
                 self.real += 1;
                 self.first_real.get_or_insert(words);
             }
@@ -112,14 +112,14 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    fn closest(&self, ray: &Ray, time: f32) -> Verdict {
+    fn closest(&self, ray: &Ray, time: f32) -> RayVerdict {
         let first = self
             .sides
             .map(|(_, accel)| accel.intersect(ray, time, None));
         if is_same(first) {
-            return Verdict::Identical;
+            return RayVerdict::Identical;
         }
-        let real = |what: &str| Verdict::Real(self.words(ray, time, first, what));
+        let real = |what: &str| RayVerdict::Real(self.words(ray, time, first, what));
         let mut hits = first;
         let mut passed_edge = false;
         // The distance up to which each side's ray was continued: the side cannot report hits before it any more.
@@ -134,7 +134,7 @@ impl Pair<'_> {
                 }
             }
             let met = match (found, hits) {
-                ([None, None], _) => return Verdict::Edge,
+                ([None, None], _) => return RayVerdict::Edge,
                 ([Some(a), Some(b)], [Some(hit), Some(other)])
                     if a.overlaps(&b) && !a.is_grazing() && !b.is_grazing() =>
                 {
@@ -144,15 +144,15 @@ impl Pair<'_> {
             };
             if let Some(same_primitive) = met {
                 return match (passed_edge, same_primitive) {
-                    (true, _) => Verdict::Edge,
-                    (false, true) => Verdict::Identical,
-                    (false, false) => Verdict::Tie,
+                    (true, _) => RayVerdict::Edge,
+                    (false, true) => RayVerdict::Identical,
+                    (false, false) => RayVerdict::Tie,
                 };
             }
             let distance = |hit: Option<Hit>| hit.map_or(f32::INFINITY, |hit| hit.t);
             let near = usize::from(distance(hits[1]) < distance(hits[0]));
             let (Some(hit), Some(meeting)) = (hits[near], found[near]) else {
-                return Verdict::Edge;
+                return RayVerdict::Edge;
             };
             // A hit of the other side at the same distance up to rounding may hide this one.
             let far = 1 - near;
@@ -168,17 +168,17 @@ impl Pair<'_> {
         }
     }
 
-    fn occlusion(&self, ray: &Ray, time: f32) -> Verdict {
+    fn occlusion(&self, ray: &Ray, time: f32) -> RayVerdict {
         let found = self.sides.map(|(_, accel)| accel.occluded(ray, time));
         if found[0] == found[1] {
-            return Verdict::Identical;
+            return RayVerdict::Identical;
         }
         let free = self.sides[usize::from(found[0])].0.name();
         let real = |what: String| {
             let closest = self
                 .sides
                 .map(|(_, accel)| accel.intersect(ray, time, None));
-            Verdict::Real(self.words(ray, time, closest, &what))
+            RayVerdict::Real(self.words(ray, time, closest, &what))
         };
         let mut candidates = false;
         for side in 0..2 {
@@ -197,14 +197,14 @@ impl Pair<'_> {
             }
         }
         if candidates {
-            return Verdict::Edge;
+            return RayVerdict::Edge;
         }
         match self.anything_on(ray, time) {
             (Some(id), _) => real(format!(
                 "{free} reports no occlusion, but the ray hits {}",
                 name(id)
             )),
-            (None, true) => Verdict::Edge,
+            (None, true) => RayVerdict::Edge,
             (None, false) => real(format!(
                 "the ray hits nothing, but only {free} reports no occlusion"
             )),

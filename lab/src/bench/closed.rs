@@ -46,7 +46,7 @@ impl Aim {
 
 /// The form of a closed mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum ClosedForm {
     /// A sphere with bumps; segments end far outside.
     BumpySphere,
     /// A room with thin walls; segments end within a wall.
@@ -56,7 +56,7 @@ pub enum Form {
 /// A closed mesh with its form, size and position.
 #[derive(Debug)]
 pub struct ClosedMesh {
-    form: Form,
+    form: ClosedForm,
     size: f64,
     offset: f64,
     world: Arc<World>,
@@ -70,26 +70,26 @@ impl ClosedMesh {
     pub fn all(n: u32) -> Vec<Self> {
         let places = [(1.0, 0.0), (1e-3, 0.0), (1.0, 100.0)];
         let form = |form| places.map(|(size, offset)| Self::new(form, n, size, offset));
-        [Form::BumpySphere, Form::Room]
+        [ClosedForm::BumpySphere, ClosedForm::Room]
             .into_iter()
             .flat_map(form)
             .collect()
     }
 
     /// A form of about the given size, translated by `offset` along each axis.
-    pub fn new(form: Form, n: u32, size: f64, offset: f64) -> Self {
+    pub fn new(form: ClosedForm, n: u32, size: f64, offset: f64) -> Self {
         let placed = |p: Vec3, grown: f64| (offset + size * grown * p.as_dvec3()).as_vec3a();
         let (mut positions, mut indices) = match form {
-            Form::BumpySphere => cube_surface(n, |p| {
+            ClosedForm::BumpySphere => cube_surface(n, |p| {
                 let p = p.normalize();
                 let [x, y, z] = p.as_dvec3().to_array();
                 let bump = (7.0 * x).sin() * (5.0 * y + 1.0).sin() * (6.0 * z + 2.0).sin();
                 placed(p, 1.0 + 0.2 * bump)
             }),
-            Form::Room => cube_surface(n, |p| placed(p, 1.0)),
+            ClosedForm::Room => cube_surface(n, |p| placed(p, 1.0)),
         };
         let facing = indices.len();
-        if form == Form::Room {
+        if form == ClosedForm::Room {
             let (outside, triangles) = cube_surface(n, |p| placed(p, 1.0 + WALL));
             let first = positions.len() as u32;
             positions.extend(outside);
@@ -108,8 +108,8 @@ impl ClosedMesh {
     /// Describes the mesh in words.
     pub fn name(&self) -> String {
         let form = match self.form {
-            Form::BumpySphere => "bumpy sphere",
-            Form::Room => "room between thin walls",
+            ClosedForm::BumpySphere => "bumpy sphere",
+            ClosedForm::Room => "room between thin walls",
         };
         format!("{form}, size {}, moved by {}", self.size, self.offset)
     }
@@ -151,8 +151,8 @@ impl ClosedMesh {
     /// the inner face.
     fn end(&self, from: DVec3, dir: DVec3) -> f64 {
         match self.form {
-            Form::BumpySphere => 4.0 / dir.length(),
-            Form::Room => {
+            ClosedForm::BumpySphere => 4.0 / dir.length(),
+            ClosedForm::Room => {
                 let exits = (dir.signum() - from) / dir;
                 exits.min_element() + 0.5 * WALL / dir.abs().max_element()
             }

@@ -14,7 +14,7 @@
 use super::meter::ProgressStage;
 use super::record::Recording;
 use super::report::TraceReport;
-use super::subject::Subject;
+use super::subject::BenchedRender;
 use super::target::Target;
 use etendue::Result;
 use etendue::internals::math::stats::Spread;
@@ -23,14 +23,14 @@ use etendue::internals::render::settings::RenderSettings;
 
 /// The time of tracing alone.
 #[derive(Debug, Clone)]
-pub struct Floor {
+pub struct TracingFloor {
     /// Nanoseconds of one core for the rays of a sample.
     pub nanoseconds: f64,
     /// The fastest way for each kind.
     pub best: Vec<TraceReport>,
 }
 
-impl Floor {
+impl TracingFloor {
     /// Computes the floor of a render through `target`; `None` unless Embree was timed on all kinds of its rays.
     pub fn of(target: Target, recording: &Recording, traces: &[TraceReport]) -> Option<Self> {
         if !target.is_embree() {
@@ -83,7 +83,7 @@ pub struct RenderTimes {
 /// # Errors
 /// As `render`.
 pub fn render_times(
-    subject: &Subject<'_>,
+    subject: &BenchedRender<'_>,
     threads: usize,
     rounds: usize,
     seconds: f64,
@@ -100,7 +100,7 @@ pub fn render_times(
         window: RenderSettings::new(size, 1).window,
         ..subject.settings.clone()
     };
-    let reduced = Subject {
+    let reduced = BenchedRender {
         scene: &scene,
         size,
         settings: &settings,
@@ -133,7 +133,7 @@ pub fn render_times(
 
 /// Nanoseconds of one core a sample; `None` if cancelled.
 fn time(
-    subject: &Subject<'_>,
+    subject: &BenchedRender<'_>,
     threads: usize,
     spp: u64,
     stage: &ProgressStage<'_>,

@@ -11,7 +11,7 @@
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::report::PartReport;
-use super::subject::{SAMPLES_AT_ONCE, Subject};
+use super::subject::{BenchedRender, SAMPLES_AT_ONCE};
 use etendue::internals::bsdf::types::Lobe;
 use etendue::internals::integrator::observer::{PathObserver, PathVertex, RayKind};
 use etendue::internals::math::ray::Ray;
@@ -25,7 +25,7 @@ const RUNS: usize = 3;
 
 /// A part of the work for a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Part {
+pub enum SamplePart {
     /// Starting the sampler for the sample, and generating its camera ray.
     Camera,
     /// Tracing closest hits, and computing the surface interaction and its BSDF.
@@ -40,7 +40,7 @@ pub enum Part {
     Film,
 }
 
-impl Part {
+impl SamplePart {
     /// Every part, in the order of the work.
     pub const ALL: &'static [Self] = &[
         Self::Camera,
@@ -70,7 +70,7 @@ impl Part {
 }
 
 /// Measures the parts of a sample that takes `nanoseconds` in total, from at least `samples` samples.
-pub fn parts(subject: &Subject<'_>, samples: u64, nanoseconds: f64) -> Vec<PartReport> {
+pub fn parts(subject: &BenchedRender<'_>, samples: u64, nanoseconds: f64) -> Vec<PartReport> {
     let reading = cost_of_reading();
     // The first samples of a pixel are traced in smaller packets, and most images have many more.
     let spp = subject.settings.budget.spp.unwrap_or(u64::MAX);
@@ -80,8 +80,8 @@ pub fn parts(subject: &Subject<'_>, samples: u64, nanoseconds: f64) -> Vec<PartR
         0
     };
     let watch = || {
-        let mut stopwatch = Stopwatch::new();
-        let enough = |watch: &Stopwatch| watch.samples >= samples;
+        let mut stopwatch = EventClock::new();
+        let enough = |watch: &EventClock| watch.samples >= samples;
         subject.observe(first, &mut stopwatch, enough);
         stopwatch.laps.map(|laps| laps.without(reading))
     };
@@ -94,11 +94,11 @@ pub fn parts(subject: &Subject<'_>, samples: u64, nanoseconds: f64) -> Vec<PartR
     }
     let measured = times.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let scale = nanoseconds / measured;
-    let report = |(part, time): (&Part, f64)| PartReport {
+    let report = |(part, time): (&SamplePart, f64)| PartReport {
         part: part.name(),
         nanoseconds: time * scale,
     };
-    Part::ALL.iter().zip(times).map(report).collect()
+    SamplePart::ALL.iter().zip(times).map(report).collect()
 }
 
 /// Nanoseconds of one reading of the clock, without interruptions.
@@ -129,13 +129,13 @@ impl Laps {
 }
 
 /// An observer that reads the clock at every event.
-struct Stopwatch {
+struct EventClock {
     last: Instant,
-    laps: [Laps; Part::ALL.len()],
+    laps: [Laps; SamplePart::ALL.len()],
     samples: u64,
 }
 
-impl Stopwatch {
+impl EventClock {
     fn new() -> Self {
         Self {
             last: Instant::now(),
@@ -146,7 +146,7 @@ impl Stopwatch {
 
     /// Adds the time since the last event to a part.
     #[inline]
-    fn end(&mut self, part: Part) {
+    fn end(&mut self, part: SamplePart) {
         let now = Instant::now();
         let laps = &mut self.laps[part as usize];
         laps.count += 1;
@@ -155,57 +155,57 @@ impl Stopwatch {
     }
 }
 
-impl PathObserver for Stopwatch {
+impl PathObserver for EventClock {
     fn is_sequential(&self) -> bool {
         false
     }
 
     fn traced(&mut self, kind: RayKind, _ray: &Ray, _time: f32) {
         self.end(match kind {
-            RayKind::Camera => Part::Camera,
-            RayKind::Shadow => Part::Lights,
-            _ => Part::Scattering,
+            RayKind::Camera => SamplePart::Camera,
+            RayKind::Shadow => SamplePart::Lights,
+            _ => SamplePart::Scattering,
         });
     }
 
     fn arrived(&mut self, _at: &PathVertex, _beta: Rgb) {
-        self.end(Part::ClosestHits);
+        self.end(SamplePart::ClosestHits);
     }
 
     fn escaped(&mut self, _direction: Vec3) {
-        self.end(Part::ClosestHits);
+        self.end(SamplePart::ClosestHits);
     }
 
     fn environment(&mut self, _contribution: Rgb) {
-        self.end(Part::Lights);
+        self.end(SamplePart::Lights);
     }
 
     fn emission(&mut self, _contribution: Rgb, _weight: f32) {
-        self.end(Part::Lights);
+        self.end(SamplePart::Lights);
     }
 
     fn light(&mut self, _contribution: Rgb, _weight: f32, _visible: f32) {
-        self.end(Part::ShadowRays);
+        self.end(SamplePart::ShadowRays);
     }
 
     fn unlit(&mut self) {
-        self.end(Part::Lights);
+        self.end(SamplePart::Lights);
     }
 
     fn scattered(&mut self, _wi: Vec3, _lobe: Lobe, _beta: Rgb) {
-        self.end(Part::Scattering);
+        self.end(SamplePart::Scattering);
     }
 
     fn terminated(&mut self, _survival: f32) {
-        self.end(Part::Scattering);
+        self.end(SamplePart::Scattering);
     }
 
     fn absorbed(&mut self) {
-        self.end(Part::Scattering);
+        self.end(SamplePart::Scattering);
     }
 
     fn sample_added(&mut self, _value: Rgb) {
-        self.end(Part::Film);
+        self.end(SamplePart::Film);
         self.samples += 1;
     }
 }

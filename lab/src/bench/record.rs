@@ -8,7 +8,7 @@
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::report::RayCount;
-use super::subject::Subject;
+use super::subject::BenchedRender;
 use etendue::internals::accel::batch::RayBatch;
 use etendue::internals::film::Film;
 use etendue::internals::integrator::RayCounts;
@@ -27,13 +27,13 @@ pub struct Recording {
 }
 
 /// Records rays until the most frequent kind has `limit` of them, or the render has no more.
-pub fn record(subject: &Subject<'_>, limit: usize) -> Recording {
-    let mut recorder = Recorder {
+pub fn record(subject: &BenchedRender<'_>, limit: usize) -> Recording {
+    let mut recorder = RayRecorder {
         limit,
         rays: Default::default(),
         traced: [0; KINDS],
     };
-    let full = |recorder: &Recorder| recorder.rays.iter().any(|rays| rays.len() >= limit);
+    let full = |recorder: &RayRecorder| recorder.rays.iter().any(|rays| rays.len() >= limit);
     let film = subject.observe(0, &mut recorder, full);
     Recording {
         rays: recorder.rays,
@@ -81,13 +81,13 @@ impl Recording {
     }
 }
 
-struct Recorder {
+struct RayRecorder {
     limit: usize,
     rays: [RayBatch; KINDS],
     traced: [u64; KINDS],
 }
 
-impl PathObserver for Recorder {
+impl PathObserver for RayRecorder {
     fn is_sequential(&self) -> bool {
         false
     }

@@ -4,7 +4,7 @@
 //! Range: a bench that was interrupted has the scenes and the parts completed by then.
 //! Source: docs/bench.md. Tested in `lab/tests/bench/report.rs`.
 
-use super::target::{Target, Variant, backend_name};
+use super::target::{Target, TracingMode, backend_name};
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::math::stats::Spread;
@@ -102,7 +102,7 @@ pub struct TraceReport {
     /// The kind of the rays.
     pub kind: RayKind,
     /// The way of tracing.
-    pub variant: Variant,
+    pub variant: TracingMode,
     /// Nanoseconds of one core a ray.
     pub nanoseconds: Spread,
 }
@@ -113,7 +113,7 @@ struct WrittenTrace {
     #[serde(serialize_with = "kind_name")]
     kind: RayKind,
     #[serde(flatten)]
-    variant: Variant,
+    variant: TracingMode,
     nanoseconds: Spread,
     millions_per_second: f64,
 }

@@ -11,15 +11,15 @@ use super::leaks::leaks;
 use super::machine::machine;
 use super::meter::Meter;
 use super::obvhs_itself::ObvhsTree;
-use super::overhead::{Floor, render_times};
+use super::overhead::{TracingFloor, render_times};
 use super::parts::parts;
 use super::record::{Recording, record};
 use super::report::{BenchReport, ObvhsReport, OverheadReport, SceneReport, TraceReport};
 use super::settings::{BenchObserver, BenchSettings, GivenScene};
-use super::subject::Subject;
-use super::target::{Target, Variant};
+use super::subject::BenchedRender;
+use super::target::{Target, TracingMode};
 use super::trace::{TraceMode, trace};
-use super::work::{self, Work};
+use super::work::{self, StageTimes};
 use etendue::Result;
 use etendue::internals::accel::Accel;
 use etendue::internals::film::filter::{Filter, FilterSampling};
@@ -46,12 +46,12 @@ pub fn run(
     observer: &dyn BenchObserver,
 ) -> Result<BenchReport> {
     settings.validate()?;
-    let works: Vec<Work> = scenes
+    let works: Vec<StageTimes> = scenes
         .iter()
-        .map(|s| Work::of(&s.scene, settings))
+        .map(|s| StageTimes::of(&s.scene, settings))
         .collect();
-    let seconds = works.iter().map(Work::total).sum::<f64>() + work::leaks(settings);
-    let mut bench = Bench {
+    let seconds = works.iter().map(StageTimes::total).sum::<f64>() + work::leaks(settings);
+    let mut bench = BenchRun {
         settings,
         observer,
         pool: pool(settings.threads)?,
@@ -70,7 +70,7 @@ pub fn run(
     Ok(bench.report)
 }
 
-struct Bench<'a> {
+struct BenchRun<'a> {
     settings: &'a BenchSettings,
     observer: &'a dyn BenchObserver,
     pool: ThreadPool,
@@ -96,7 +96,7 @@ fn observed_settings(description: &SceneDescription) -> Result<RenderSettings> {
 }
 
 /// A prepared scene with all acceleration structures that are compared.
-struct Ready {
+struct BenchedScene {
     scene: Scene,
     filter: Filter,
     size: (u32, u32),
@@ -110,9 +110,9 @@ struct Ready {
     build: f64,
 }
 
-impl Ready {
-    fn subject(&self) -> Subject<'_> {
-        Subject {
+impl BenchedScene {
+    fn subject(&self) -> BenchedRender<'_> {
+        BenchedRender {
             scene: &self.scene,
             filter: &self.filter,
             size: self.size,
@@ -127,8 +127,8 @@ impl Ready {
 }
 
 /// Each step returns `None` if the bench was cancelled.
-impl Bench<'_> {
-    fn all(&mut self, scenes: &[GivenScene], works: &[Work]) -> Result<Option<()>> {
+impl BenchRun<'_> {
+    fn all(&mut self, scenes: &[GivenScene], works: &[StageTimes]) -> Result<Option<()>> {
         for (scene, work) in scenes.iter().zip(works) {
             if self.scene(scene, work)?.is_none() {
                 return Ok(None);
@@ -137,7 +137,7 @@ impl Bench<'_> {
         self.leaks()
     }
 
-    fn scene(&mut self, given: &GivenScene, work: &Work) -> Result<Option<()>> {
+    fn scene(&mut self, given: &GivenScene, work: &StageTimes) -> Result<Option<()>> {
         let name = &given.name;
         let stage = self.meter.stage(format!("{name}: preparing"), work.prepare);
         let mut ready = self.ready(given)?;
@@ -180,14 +180,14 @@ impl Bench<'_> {
         self.overhead(&ready, &recording, name, work)
     }
 
-    fn ready(&self, given: &GivenScene) -> Result<Ready> {
+    fn ready(&self, given: &GivenScene) -> Result<BenchedScene> {
         let description: &SceneDescription = &given.scene;
         let target = self.settings.render_target();
         let options = target.options(self.settings.threads);
         let start = Instant::now();
         let prepared = self.pool.install(|| prepare(description, options))?;
         let (seconds, build) = (start.elapsed(), prepared.build_time);
-        Ok(Ready {
+        Ok(BenchedScene {
             scene: prepared.scene,
             filter: Filter::new(&description.film.filter),
             size: description.film.size,
@@ -201,13 +201,13 @@ impl Bench<'_> {
 
     fn traces(
         &mut self,
-        ready: &Ready,
+        ready: &BenchedScene,
         recording: &Recording,
         name: &str,
-        work: &Work,
+        work: &StageTimes,
     ) -> Option<()> {
         let variants = self.settings.targets.iter().flat_map(|t| t.variants());
-        let variants: Vec<Variant> = variants.collect();
+        let variants: Vec<TracingMode> = variants.collect();
         let compares_obvhs = variants.iter().any(|it| !it.target.is_embree());
         let trees = match compares_obvhs {
             true => self.pool.install(|| ObvhsTree::all(&ready.scene.world)),
@@ -248,10 +248,10 @@ impl Bench<'_> {
 
     fn agreement(
         &mut self,
-        ready: &Ready,
+        ready: &BenchedScene,
         recording: &Recording,
         name: &str,
-        work: &Work,
+        work: &StageTimes,
     ) -> Option<()> {
         let stage = self
             .meter
@@ -267,15 +267,15 @@ impl Bench<'_> {
 
     fn overhead(
         &mut self,
-        ready: &Ready,
+        ready: &BenchedScene,
         recording: &Recording,
         name: &str,
-        work: &Work,
+        work: &StageTimes,
     ) -> Result<Option<()>> {
         let stage = self
             .meter
             .stage(format!("{name}: Etendue render"), work.render);
-        let Some(floor) = Floor::of(ready.target, recording, &self.last().traces) else {
+        let Some(floor) = TracingFloor::of(ready.target, recording, &self.last().traces) else {
             return Ok(Some(()));
         };
         let (subject, settings) = (ready.subject(), self.settings);

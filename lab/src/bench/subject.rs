@@ -19,7 +19,7 @@ pub const SAMPLES_AT_ONCE: u64 = 16;
 
 /// A render: a scene with its filter, size and settings.
 #[derive(Debug, Clone, Copy)]
-pub struct Subject<'a> {
+pub struct BenchedRender<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The reconstruction filter.
@@ -30,7 +30,7 @@ pub struct Subject<'a> {
     pub settings: &'a RenderSettings,
 }
 
-impl Subject<'_> {
+impl BenchedRender<'_> {
     /// Renders on `threads` threads with `spp` samples per pixel.
     ///
     /// # Errors

@@ -42,7 +42,7 @@ impl Target {
 
     /// All ways of tracing rays through the target: only Embree has packets, and coherence has no effect on single
     /// rays.
-    pub fn variants(self) -> Vec<Variant> {
+    pub fn variants(self) -> Vec<TracingMode> {
         let packets = PacketWidth::ALL
             .iter()
             .flat_map(|&width| [false, true].map(|coherent| Packets { width, coherent }));
@@ -51,7 +51,7 @@ impl Target {
             *packets == single || self.is_embree() && packets.width != single.width
         });
         packets
-            .map(|packets| Variant {
+            .map(|packets| TracingMode {
                 target: self,
                 packets,
             })
@@ -93,7 +93,7 @@ impl Target {
 
 /// A way of tracing rays: a target and the kind of packets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-pub struct Variant {
+pub struct TracingMode {
     /// The target.
     #[serde(flatten)]
     pub target: Target,

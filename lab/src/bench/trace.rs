@@ -96,13 +96,13 @@ fn time(mode: &TraceMode<'_>, kind: RayKind, rays: &RayBatch, pool: &ThreadPool)
 
 /// The buffers of a thread.
 #[derive(Default)]
-struct Block {
+struct RayBuffers {
     rays: RayBatch,
     hits: HitBatch,
     occluded: Vec<bool>,
 }
 
-impl Block {
+impl RayBuffers {
     fn load(&mut self, rays: &RayBatch, range: Range<usize>) {
         self.rays.clear();
         self.rays.append(rays, range);
@@ -113,14 +113,14 @@ impl Block {
 fn nanoseconds_per_ray(
     pool: &ThreadPool,
     rays: &RayBatch,
-    work: impl Fn(&mut Block) + Sync,
+    work: impl Fn(&mut RayBuffers) + Sync,
 ) -> f64 {
     let start = Barrier::new(pool.current_num_threads());
     let busy = pool.broadcast(|thread| {
         let stretch = stretch(rays.len(), thread.index(), thread.num_threads());
         let blocks = stretch.clone().step_by(BLOCK);
         let blocks = blocks.map(|first| first..stretch.end.min(first + BLOCK));
-        let mut block = Block::default();
+        let mut block = RayBuffers::default();
         // One block beforehand allocates the memory.
         if let Some(range) = blocks.clone().next() {
             block.load(rays, range);

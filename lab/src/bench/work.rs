@@ -24,7 +24,7 @@ const COMPARING: f64 = 1e-6;
 
 /// Estimated seconds of the stages.
 #[derive(Debug, Clone, Copy)]
-pub struct Work {
+pub struct StageTimes {
     /// Preparing the scene.
     pub prepare: f64,
     /// All builds.
@@ -37,7 +37,7 @@ pub struct Work {
     pub render: f64,
 }
 
-impl Work {
+impl StageTimes {
     /// Estimates the work on one scene.
     pub fn of(scene: &SceneDescription, settings: &BenchSettings) -> Self {
         let primitives = scene.shapes.iter().map(|s| primitives(&s.geometry));

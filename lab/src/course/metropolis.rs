@@ -37,7 +37,7 @@ impl Proposal {
 
 /// A Markov chain, with the counts of proposed and accepted numbers.
 #[derive(Debug, Clone)]
-pub struct Chain<F> {
+pub struct MarkovChain<F> {
     density: F,
     range: [f64; 2],
     proposal: Proposal,
@@ -48,7 +48,7 @@ pub struct Chain<F> {
     accepted: u64,
 }
 
-impl<F: Fn(f64) -> f64> Chain<F> {
+impl<F: Fn(f64) -> f64> MarkovChain<F> {
     /// A chain that starts at `start`; `None` if the start lies outside the range or has no positive finite density, or
     /// if the proposal has no positive width.
     pub fn new(density: F, range: [f64; 2], proposal: Proposal, start: f64) -> Option<Self> {

@@ -8,7 +8,7 @@
 //! for Latin hypercubes, their bound by Owen 1997. Tested in `lab/tests/course/integration.rs`.
 
 use super::grid::Grid;
-use super::quadrature::Estimate;
+use super::quadrature::CubatureResult;
 use crate::planted::planted;
 use etendue::internals::math::stats::Moments;
 
@@ -33,7 +33,7 @@ pub fn integrate_stratified(
     dimension: u32,
     calls: usize,
     uniform: &mut impl FnMut() -> f64,
-) -> Option<Estimate> {
+) -> Option<CubatureResult> {
     match Grid::of_calls(calls, dimension, 2) {
         Some(grid) => Some(jitter(f, grid, uniform)),
         None => integrate_latin_hypercube(f, dimension, calls, uniform),
@@ -47,12 +47,16 @@ pub fn integrate_jittered(
     dimension: u32,
     calls: usize,
     uniform: &mut impl FnMut() -> f64,
-) -> Option<Estimate> {
+) -> Option<CubatureResult> {
     let grid = Grid::of_calls(calls, dimension, 1)?;
     Some(jitter(f, grid, uniform))
 }
 
-fn jitter(f: impl Fn(&[f64]) -> f64, grid: Grid, uniform: &mut impl FnMut() -> f64) -> Estimate {
+fn jitter(
+    f: impl Fn(&[f64]) -> f64,
+    grid: Grid,
+    uniform: &mut impl FnMut() -> f64,
+) -> CubatureResult {
     let (per_axis, calls) = (grid.per_axis() as f64, grid.count());
     let mut at = vec![0.0; grid.dimension()];
     let sum = grid.sum(|cell| {
@@ -61,7 +65,7 @@ fn jitter(f: impl Fn(&[f64]) -> f64, grid: Grid, uniform: &mut impl FnMut() -> f
         }
         f(&at)
     });
-    Estimate {
+    CubatureResult {
         value: sum / calls as f64,
         calls,
     }
@@ -74,7 +78,7 @@ pub fn integrate_latin_hypercube(
     dimension: u32,
     calls: usize,
     uniform: &mut impl FnMut() -> f64,
-) -> Option<Estimate> {
+) -> Option<CubatureResult> {
     if calls == 0 || dimension == 0 {
         return None;
     }
@@ -87,7 +91,7 @@ pub fn integrate_latin_hypercube(
         }
         sum += f(&at);
     }
-    Some(Estimate {
+    Some(CubatureResult {
         value: sum / calls as f64,
         calls,
     })

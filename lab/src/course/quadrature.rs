@@ -9,7 +9,7 @@ use super::grid::Grid;
 
 /// The result of an integration over the cube.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
+pub struct CubatureResult {
     /// The estimate of the integral.
     pub value: f64,
     /// Number of calls of the integrand: at most the requested number.
@@ -18,14 +18,14 @@ pub struct Estimate {
 
 /// A rule with equally spaced nodes that include the ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rule {
+pub enum QuadratureRule {
     /// Linear interpolation between the nodes: an error of order h^2.
     Trapezoid,
     /// Parabolas through three nodes each: an error of order h^4.
     Simpson,
 }
 
-impl Rule {
+impl QuadratureRule {
     /// The integral of `f` from one end of `range` to the other with a number of nodes: two at least, or for Simpson's
     /// rule an odd number from three; `None` for other numbers.
     pub fn integrate(self, f: impl Fn(f64) -> f64, range: [f64; 2], nodes: usize) -> Option<f64> {
@@ -47,7 +47,7 @@ impl Rule {
         f: impl Fn(&[f64]) -> f64,
         dimension: u32,
         calls: usize,
-    ) -> Option<Estimate> {
+    ) -> Option<CubatureResult> {
         let grid = Grid::of_calls(calls, dimension, self.least_nodes())?;
         let nodes = self.most_nodes(grid.per_axis())?;
         let grid = grid.coarsened_to(nodes);
@@ -60,7 +60,7 @@ impl Rule {
             }
             weight * f(&at)
         });
-        Some(Estimate {
+        Some(CubatureResult {
             value,
             calls: grid.count(),
         })

@@ -23,7 +23,7 @@ pub struct Accepted<T> {
 
 /// The reason why no sample of a density was drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Rejected<const D: usize> {
+pub enum RejectionFailure<const D: usize> {
     /// None of the trials was accepted.
     All,
     /// At this point the density was negative, above its bound, or NaN: samples would not follow it.
@@ -89,17 +89,17 @@ pub fn sample_density<const D: usize>(
     bound: f64,
     most_trials: u32,
     uniform: &mut impl FnMut() -> f64,
-) -> Result<Accepted<[f64; D]>, Rejected<D>> {
+) -> Result<Accepted<[f64; D]>, RejectionFailure<D>> {
     let drawn = sample_until(most_trials, || {
         let point = bounds.sample(std::array::from_fn(|_| uniform()));
         let height = density(&point);
         if !(0.0..=bound).contains(&height) {
-            return Some(Err(Rejected::OutOfBounds(point)));
+            return Some(Err(RejectionFailure::OutOfBounds(point)));
         }
         (bound * uniform() < height).then_some(Ok(point))
     });
     let Some(Accepted { value, trials }) = drawn else {
-        return Err(Rejected::All);
+        return Err(RejectionFailure::All);
     };
     value.map(|value| Accepted { value, trials })
 }

@@ -5,13 +5,13 @@
 //! Source: variances of independent variables add up; the central limit theorem. Tested in `lab/tests/reports/lesson.rs`.
 
 use super::error_curve::{ErrorCurve, powers_of_two};
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
-use super::topic::{Lesson, Samples, Topic};
+use super::topic::{GroupedSamples, Lesson, Topic};
 use super::uniform::Uniform;
 use crate::course::integrands::Integrand;
 use crate::course::monte_carlo::integrate_plain;
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::sampler::{Decision, Sampler, Sobol};
@@ -112,7 +112,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     );
     let shares = Shares::measure(lesson, runs);
     let techniques = spreads.iter().map(|(n, spread)| {
-        let technique = Technique::new(format!("N = {n}"), &spread.all(), spread.cost());
+        let technique = MeasuredTechnique::new(format!("N = {n}"), &spread.all(), spread.cost());
         technique.exactly(variance(*n))
     });
     vec![
@@ -139,7 +139,7 @@ fn variance(samples: usize) -> f64 {
 }
 
 fn numbers(
-    spreads: &[(usize, Samples)],
+    spreads: &[(usize, GroupedSamples)],
     [curve, evenly]: [&ErrorCurve; 2],
     shares: &Shares,
 ) -> Vec<Number> {
@@ -188,7 +188,7 @@ fn errors(curve: &ErrorCurve, evenly: &ErrorCurve) -> Plot {
                   and on a function as smooth as this one their error falls three times as \
                   steeply: this is the purpose of the sampler `sobol`."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("samples N"),
         y: Axis::log("error"),
         series: vec![
@@ -236,7 +236,7 @@ impl Shares {
                 "In units of the standard error. The samples themselves follow an exponential \
                       curve; their means follow the normal distribution."
                     .to_owned(),
-            shape: Shape::Wide,
+            shape: AspectRatio::Wide,
             x: Axis::linear("error / σ").over(-4.0, 4.0),
             y: Axis::linear("density"),
             series: vec![

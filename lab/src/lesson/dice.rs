@@ -8,7 +8,7 @@ use super::number::Number;
 use super::page::{Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use super::uniform::Uniform;
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::sampling::piecewise::Piecewise1d;
@@ -147,7 +147,7 @@ fn faces(lesson: &Lesson<'_>, die: &Die) -> Plot {
                   about 95 of 100 such shares: all faces are equally likely, and the differences \
                   are noise."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("pips").over(0.5, 6.5),
         y: Axis::linear("share of the throws"),
         series: vec![
@@ -201,7 +201,7 @@ fn bells(lesson: &Lesson<'_>, die: &Die) -> Plot {
                   triangle, that of twenty nearly normal: four times as many throws make it half \
                   as wide."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("mean of the throws"),
         y: Axis::linear("probability density"),
         series: series.collect(),
@@ -261,7 +261,7 @@ fn running_means(lesson: &Lesson<'_>, die: &Die) -> Plot {
                   before. Almost all lines stay within two standard deviations of the mean, and \
                   this funnel narrows as one over the root of N."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("throws N"),
         y: Axis::linear("mean so far").over(1.0, 6.0),
         series: people.chain([guide.within(ribbon.collect())]).collect(),

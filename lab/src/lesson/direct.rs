@@ -6,11 +6,11 @@
 //! Source: E = pi L sin^2 of the disk's half angle; second moments by integration. Tested in `lab/tests/reports/lesson.rs`.
 
 use super::lesson_scene::{LessonScene, Light};
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Figure, Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use crate::bench::cornell_box::cornell_box;
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use crate::scene_builder::{emitting, matte, named_shape, scene};
 use etendue::Result;
 use etendue::internals::integrator::kind::IntegratorKind;
@@ -179,10 +179,10 @@ impl Measured {
         ]
     }
 
-    fn technique(&self, name: &str) -> Technique {
+    fn technique(&self, name: &str) -> MeasuredTechnique {
         let variance = self.variances.mean();
-        let technique = Technique::new(name, &self.mean, self.cost);
-        Technique {
+        let technique = MeasuredTechnique::new(name, &self.mean, self.cost);
+        MeasuredTechnique {
             variance,
             efficiency: 1.0 / (variance * self.cost),
             ..technique
@@ -268,7 +268,7 @@ fn deviations(series: Vec<Series>) -> Plot {
                   height both are equal; area sampling is better below, directional sampling \
                   above."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("radius of the lamp / its height"),
         y: Axis::log("σ / L"),
         series,

@@ -4,14 +4,14 @@
 //! Range: none.
 //! Source: the fraction of a disk within r is r^2. Tested in `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
-use super::topic::{Lesson, Samples, Topic};
+use super::topic::{GroupedSamples, Lesson, Topic};
 use super::uniform::Uniform;
 use crate::course::disk::{
     DISK_IN_SQUARE, sample_disk_by_rejection, sample_disk_crowded_at_the_centre, sample_disk_polar,
 };
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::math::vec::Vec2;
 use etendue::internals::sampling::warp::sample_disk_concentric;
@@ -29,9 +29,9 @@ pub const TOPIC: Topic = Topic {
 const SAMPLES: usize = 1 << 21;
 
 /// A sampling method with its name.
-type Estimator = (&'static str, fn(&mut Uniform) -> Vec2);
+type DiskSampling = (&'static str, fn(&mut Uniform) -> Vec2);
 
-const ESTIMATORS: [Estimator; 4] = [
+const ESTIMATORS: [DiskSampling; 4] = [
     ("r = U, the mistake", |u| {
         sample_disk_crowded_at_the_centre(u.pair())
     }),
@@ -81,8 +81,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     let integrals = ESTIMATORS.map(|(name, draw)| lesson.sample(name, SAMPLES, |u| term(draw(u))));
     // E[x^4] = 1/8 on the disk.
     let variance = PI * PI * (1.0 / 8.0 - 1.0 / 16.0);
-    let technique = |((name, _), samples): (Estimator, &Samples)| {
-        Technique::new(name, &samples.all(), samples.cost()).exactly(variance)
+    let technique = |((name, _), samples): (DiskSampling, &GroupedSamples)| {
+        MeasuredTechnique::new(name, &samples.all(), samples.cost()).exactly(variance)
     };
     let right = ESTIMATORS.into_iter().zip(&integrals).skip(1);
     vec![
@@ -108,7 +108,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     ]
 }
 
-fn numbers(lesson: &Lesson<'_>, integrals: &[Samples]) -> Vec<Number> {
+fn numbers(lesson: &Lesson<'_>, integrals: &[GroupedSamples]) -> Vec<Number> {
     let mut numbers = Vec::new();
     for (index, ((name, draw), integral)) in ESTIMATORS.into_iter().zip(integrals).enumerate() {
         let (share, exact) = match index {
@@ -146,7 +146,7 @@ fn numbers(lesson: &Lesson<'_>, integrals: &[Samples]) -> Vec<Number> {
     numbers
 }
 
-fn scatter(lesson: &Lesson<'_>, (name, draw): Estimator) -> Plot {
+fn scatter(lesson: &Lesson<'_>, (name, draw): DiskSampling) -> Plot {
     const SHOWN: usize = 1500;
     let mut uniform = lesson.uniform("scatter", 0);
     let points = (0..SHOWN).map(|_| {
@@ -168,7 +168,7 @@ fn scatter(lesson: &Lesson<'_>, (name, draw): Estimator) -> Plot {
             _ => "The square, bent into the disk ring by ring.",
         }
         .to_owned(),
-        shape: Shape::Square,
+        shape: AspectRatio::Square,
         x: Axis::linear("x").over(-1.05, 1.05),
         y: Axis::linear("y").over(-1.05, 1.05),
         series: vec![

@@ -85,11 +85,11 @@ pub fn powers_of_two(first: u32, last: u32, step: usize) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lesson::topic::{NullLessonObserver, Settings};
+    use crate::lesson::topic::{LessonSettings, NullLessonObserver};
 
     #[test]
     fn error_curve_slope_matches_the_known_power_law() {
-        let lesson = Lesson::new("test", Settings::default(), &NullLessonObserver);
+        let lesson = Lesson::new("test", LessonSettings::default(), &NullLessonObserver);
         let curve = ErrorCurve::measure(
             &lesson,
             "law",

@@ -4,15 +4,15 @@
 //! Range: the hemisphere about z.
 //! Source: E = integral of cos^2 = 2 pi / 3; variances 16 pi^2 / 45 and pi^2 / 18. Tested in `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
-use super::topic::{Lesson, Samples, Topic};
+use super::topic::{GroupedSamples, Lesson, Topic};
 use super::uniform::Uniform;
 use crate::course::direction::{
     BALL_IN_CUBE, PDF_HEMISPHERE_UNIFORM, sample_hemisphere_by_rejection,
     sample_hemisphere_cosine_by_inversion, sample_hemisphere_uniform,
 };
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::math::vec::Vec3;
 use etendue::internals::sampling::warp::{pdf_hemisphere_cosine, sample_hemisphere_cosine};
@@ -31,15 +31,15 @@ const SAMPLES: usize = 1 << 20;
 
 /// A method of sampling directions.
 #[derive(Clone, Copy)]
-struct Estimator {
+struct HemisphereSampling {
     name: &'static str,
     draw: fn(&mut Uniform) -> Vec3,
     pdf: fn(f32) -> f32,
     is_cosine: bool,
 }
 
-const ESTIMATORS: [Estimator; 4] = [
-    Estimator {
+const ESTIMATORS: [HemisphereSampling; 4] = [
+    HemisphereSampling {
         name: "uniform, rejection and flip",
         draw: |u| {
             let drawn = sample_hemisphere_by_rejection(&mut || u.single());
@@ -48,19 +48,19 @@ const ESTIMATORS: [Estimator; 4] = [
         pdf: |_| PDF_HEMISPHERE_UNIFORM,
         is_cosine: false,
     },
-    Estimator {
+    HemisphereSampling {
         name: "uniform, inversion",
         draw: |u| sample_hemisphere_uniform(u.pair()),
         pdf: |_| PDF_HEMISPHERE_UNIFORM,
         is_cosine: false,
     },
-    Estimator {
+    HemisphereSampling {
         name: "cosine, inversion",
         draw: |u| sample_hemisphere_cosine_by_inversion(u.pair()),
         pdf: pdf_hemisphere_cosine,
         is_cosine: true,
     },
-    Estimator {
+    HemisphereSampling {
         name: "cosine, Malley's lifted disk",
         draw: |u| sample_hemisphere_cosine(u.pair()),
         pdf: pdf_hemisphere_cosine,
@@ -68,7 +68,7 @@ const ESTIMATORS: [Estimator; 4] = [
     },
 ];
 
-impl Estimator {
+impl HemisphereSampling {
     /// The variance of an estimate for a sky of radiance cos(theta).
     fn variance(self) -> f64 {
         PI * PI
@@ -125,8 +125,8 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     let bright = ESTIMATORS.map(|it| lesson.sample(it.name, SAMPLES, |u| it.estimate(1, u)));
-    let technique = |(estimator, samples): (Estimator, &Samples)| {
-        let technique = Technique::new(estimator.name, &samples.all(), samples.cost());
+    let technique = |(estimator, samples): (HemisphereSampling, &GroupedSamples)| {
+        let technique = MeasuredTechnique::new(estimator.name, &samples.all(), samples.cost());
         technique.exactly(estimator.variance())
     };
     vec![
@@ -156,7 +156,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
 }
 
 /// `bright` are the samples of each estimator under the sky of radiance cos(theta).
-fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
+fn numbers(lesson: &Lesson<'_>, bright: &[GroupedSamples]) -> Vec<Number> {
     let mut numbers = Vec::new();
     for (estimator, sky) in ESTIMATORS.into_iter().zip(bright) {
         let named = |what: &str| format!("{what}: {}", estimator.name);
@@ -201,7 +201,7 @@ fn numbers(lesson: &Lesson<'_>, bright: &[Samples]) -> Vec<Number> {
     numbers
 }
 
-fn from_above(lesson: &Lesson<'_>, title: &str, estimator: Estimator) -> Plot {
+fn from_above(lesson: &Lesson<'_>, title: &str, estimator: HemisphereSampling) -> Plot {
     const SHOWN: usize = 1500;
     let mut uniform = lesson.uniform("from above", 0);
     let points = (0..SHOWN).map(|_| {
@@ -216,7 +216,7 @@ fn from_above(lesson: &Lesson<'_>, title: &str, estimator: Estimator) -> Plot {
             "Uniform on the sphere, the projections are dense at the rim, where the sphere is steep."
         }
         .to_owned(),
-        shape: Shape::Square,
+        shape: AspectRatio::Square,
         x: Axis::linear("x").over(-1.05, 1.05),
         y: Axis::linear("y").over(-1.05, 1.05),
         series: vec![Series::new(
@@ -231,7 +231,7 @@ fn from_above(lesson: &Lesson<'_>, title: &str, estimator: Estimator) -> Plot {
 fn cosines(lesson: &Lesson<'_>) -> Plot {
     const BINS: usize = 30;
     let count = lesson.samples(300_000);
-    let histogram = |estimator: Estimator, hue: usize| {
+    let histogram = |estimator: HemisphereSampling, hue: usize| {
         let mut uniform = lesson.uniform("cosines", hue);
         let mut bins = [0_u32; BINS];
         for _ in 0..count {
@@ -256,7 +256,7 @@ fn cosines(lesson: &Lesson<'_>) -> Plot {
                   equally likely; for cosine-weighted ones their density is proportional to the \
                   cosine."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("cos θ").over(0.0, 1.0),
         y: Axis::linear("density").over(0.0, 2.1),
         series: vec![

@@ -4,13 +4,13 @@
 //! Range: exponents k from 0 to 12; from 9 on the variance is infinite.
 //! Source: V = 25 / ((k + 1) (9 - k)) - 1. Tested in `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use super::uniform::Uniform;
 use crate::course::monte_carlo::integrate_importance;
 use crate::course::power::{pdf_power, sample_power};
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 
 pub const TOPIC: Topic = Topic {
@@ -113,7 +113,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             6 => "k = 6: steep",
             _ => "k = 12: bad",
         };
-        Technique::new(name, &samples.all(), samples.cost()).exactly(variance(k))
+        MeasuredTechnique::new(name, &samples.all(), samples.cost()).exactly(variance(k))
     };
     vec![
         Finding::Numbers {
@@ -147,7 +147,7 @@ fn shapes() -> Plot {
         reading: "A density below f undersamples it, and one above it wastes samples. At the left \
                   p₁₂ is far below f, and f/p goes to infinity."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("x").over(0.0, 1.0),
         y: Axis::linear("density").over(0.0, 6.0),
         series: vec![
@@ -166,7 +166,7 @@ fn variances(measured: Vec<[f64; 2]>) -> Plot {
                   ends at that of plain Monte Carlo, to the right it is infinite from k = 9. Too \
                   flat is safe, too steep is not."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("exponent k").over(0.0, 9.2),
         y: Axis::linear("variance").over(0.0, 3.0),
         series: vec![
@@ -203,7 +203,7 @@ fn errors(lesson: &Lesson<'_>) -> Plot {
                   slowly, as about N to the power −0.38. For few samples it looks no worse than \
                   the others."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("samples N"),
         y: Axis::log("mean absolute error"),
         series: [guide].into_iter().chain(series).collect(),
@@ -238,7 +238,7 @@ fn runs(lesson: &Lesson<'_>) -> Plot {
                   occurred yet; when one occurs, the mean jumps. An error bar from the same \
                   samples would not have shown the error."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("samples N"),
         y: Axis::linear("mean so far").over(0.4, 1.6),
         series: all.collect(),

@@ -5,11 +5,11 @@
 //! Source: Kajiya 1986, "The Rendering Equation"; Veach 1997. Tested in `lab/tests/reports/lesson.rs`.
 
 use super::lesson_scene::{LessonScene, Light};
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Figure, Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use crate::bench::cornell_box::cornell_box;
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::image::Image;
 use etendue::internals::image::metrics::mse;
@@ -227,7 +227,7 @@ impl Rung {
         )
     }
 
-    fn technique(&self) -> Technique {
+    fn technique(&self) -> MeasuredTechnique {
         let efficiencies = self
             .variances
             .iter()
@@ -235,11 +235,11 @@ impl Rung {
             .map(|(v, t)| 1.0 / (v * t));
         let spread = Spread::of(efficiencies.collect());
         let cost = Spread::of(self.costs.clone()).median;
-        Technique {
+        MeasuredTechnique {
             variance: Moments::of(self.variances.iter().copied()).mean(),
             efficiency: spread.median,
             efficiency_range: Some([spread.min, spread.max]),
-            ..Technique::new(self.kind.name(), &self.luminances, cost)
+            ..MeasuredTechnique::new(self.kind.name(), &self.luminances, cost)
         }
     }
 
@@ -307,7 +307,7 @@ fn against_time(rungs: &[Rung]) -> Plot {
                   convergence, each shifts the line. The horizontal distance between two lines is \
                   the ratio of their times to the same error."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("seconds"),
         y: Axis::log("root mean square error"),
         series: series.collect(),

@@ -5,11 +5,11 @@
 //! Source: Veach and Guibas 1995, "Optimally Combining Sampling Techniques for Monte Carlo Rendering". Tested in
 //! `lab/tests/reports/lesson.rs`.
 
-use super::mirrored_lamp::{Pixel, Strategy};
-use super::number::{Number, Technique};
+use super::mirrored_lamp::{LampStrategy, Pixel};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Figure, Finding, Formula, Page};
-use super::topic::{Lesson, Samples, Topic};
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use super::topic::{GroupedSamples, Lesson, Topic};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
@@ -44,17 +44,17 @@ const SHOWN: [usize; 2] = [70, 160];
 const SAMPLES: usize = 1 << 18;
 
 /// The strategies of each technique, with its name.
-fn techniques() -> [(&'static str, Vec<Strategy>); 4] {
-    let [scattering, light_sampling, light_path] = Strategy::ALL;
+fn techniques() -> [(&'static str, Vec<LampStrategy>); 4] {
+    let [scattering, light_sampling, light_path] = LampStrategy::ALL;
     [
         ("scattering alone", vec![scattering]),
         ("with light sampling", vec![scattering, light_sampling]),
         ("light paths alone", vec![light_path]),
-        ("all three", Strategy::ALL.to_vec()),
+        ("all three", LampStrategy::ALL.to_vec()),
     ]
 }
 
-fn pixel(index: usize, lamp: f64, used: &[Strategy]) -> Pixel {
+fn pixel(index: usize, lamp: f64, used: &[LampStrategy]) -> Pixel {
     // Every pixel's share of the light paths may arrive at this one.
     let light_paths = (SHARE * PIXELS as f64) as usize;
     Pixel {
@@ -120,8 +120,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         });
         (name, used, samples)
     });
-    let technique = |(name, used, samples): &(&str, Vec<Strategy>, [Samples; 2])| {
-        let technique = Technique::new(*name, &samples[1].all(), samples[1].cost());
+    let technique = |(name, used, samples): &(&str, Vec<LampStrategy>, [GroupedSamples; 2])| {
+        let technique = MeasuredTechnique::new(*name, &samples[1].all(), samples[1].cost());
         technique.exactly(pixel(SHOWN[1], LAMP, used).variance())
     };
     vec![
@@ -154,7 +154,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
 
 fn numbers(
     lesson: &Lesson<'_>,
-    sampled: &[(&'static str, Vec<Strategy>, [Samples; 2])],
+    sampled: &[(&'static str, Vec<LampStrategy>, [GroupedSamples; 2])],
 ) -> Vec<Number> {
     let mut numbers = Vec::new();
     for (name, used, samples) in sampled {
@@ -176,8 +176,8 @@ fn numbers(
             ));
         }
     }
-    let caustic = pixel(SHOWN[1], LAMP, &Strategy::ALL);
-    for strategy in Strategy::ALL {
+    let caustic = pixel(SHOWN[1], LAMP, &LampStrategy::ALL);
+    for strategy in LampStrategy::ALL {
         let samples = lesson.sample(strategy.name(), SAMPLES, |u| {
             caustic.estimate_by(strategy, u)
         });
@@ -228,7 +228,7 @@ fn figures(lesson: &Lesson<'_>) -> Vec<Figure> {
         values.resize(PIXELS * HEIGHT, 0.0);
         figures.push(figure(name, "one camera path per pixel", values));
     }
-    let row = (0..PIXELS).map(|index| pixel(index, LAMP, &Strategy::ALL).light());
+    let row = (0..PIXELS).map(|index| pixel(index, LAMP, &LampStrategy::ALL).light());
     let row: Vec<f64> = row.collect();
     figures.push(figure("exact", "by quadrature", row.repeat(HEIGHT)));
     figures
@@ -258,7 +258,7 @@ fn variances(lesson: &Lesson<'_>) -> Plot {
                   width, since light sampling does not find it in the mirror. That of light paths stays. \
                   All three together are the best for every lamp."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("width of the lamp"),
         y: Axis::log("variance of a sample"),
         series,
@@ -267,21 +267,21 @@ fn variances(lesson: &Lesson<'_>) -> Plot {
 
 /// The share of the light that each strategy finds.
 fn shares() -> Plot {
-    let curve = |strategy: Strategy| {
+    let curve = |strategy: LampStrategy| {
         let lamps = (0..=20).map(|i| 3e-3 * 333_f64.powf(f64::from(i) / 20.0));
         let share = |lamp: f64| {
-            let pixel = pixel(SHOWN[1], lamp, &Strategy::ALL);
+            let pixel = pixel(SHOWN[1], lamp, &LampStrategy::ALL);
             [lamp, pixel.mean_by(strategy) / pixel.light()]
         };
         lamps.map(share).collect()
     };
-    let series = Strategy::ALL.into_iter().enumerate();
+    let series = LampStrategy::ALL.into_iter().enumerate();
     Plot {
         title: "Who finds the light of that pixel".to_owned(),
         reading: "By the weights: of a small lamp, light sampling finds the direct light and light paths \
                   find the caustic; a large lamp is met by scattering."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("width of the lamp"),
         y: Axis::linear("share of the light").over(0.0, 1.0),
         series: series

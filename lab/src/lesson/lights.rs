@@ -5,11 +5,11 @@
 //! Source: Shirley, Wang and Zimmerman 1996 for the choice by power; Conty Estevez and Kulla 2018 for the tree. Tested in
 //! `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Figure, Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use super::uniform::Uniform;
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::image::Image;
@@ -213,7 +213,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         let variance = lamps.variance(rule, &at);
         let name = format!("E, {}", rule.name());
         numbers.push(Number::mean(name, mean, &all, 2e-2));
-        let technique = Technique::new(rule.name(), &all, samples.cost());
+        let technique = MeasuredTechnique::new(rule.name(), &all, samples.cost());
         techniques.push(technique.exactly(variance));
         // By contribution there is next to none, but for rounding.
         if rule != Rule::Contribution {
@@ -308,7 +308,7 @@ fn variances(lesson: &Lesson<'_>) -> Plot {
                   number; with the tree it grows slowly. One node, for 16 lamps, leaves rounding \
                   alone, which is not shown."
                 .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("lamps"),
         y: Axis::log("standard deviation / mean").over(0.1, 100.0),
         series,

@@ -20,7 +20,7 @@ const POINTS: usize = 256;
 
 /// A way to find a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Strategy {
+pub(super) enum LampStrategy {
     /// A camera path scatters and meets the lamp: s = 0.
     Scattering,
     /// A camera path samples a point of the lamp: s = 1, next event estimation.
@@ -29,7 +29,7 @@ pub(super) enum Strategy {
     LightPath,
 }
 
-impl Strategy {
+impl LampStrategy {
     pub(super) const ALL: [Self; 3] = [Self::Scattering, Self::LightSampling, Self::LightPath];
 
     pub(super) fn name(self) -> &'static str {
@@ -58,7 +58,7 @@ pub(super) struct Pixel {
     /// The width of the lamp, whose centre is at x = 0.
     pub(super) lamp: f64,
     /// The strategies, each weighted against the others.
-    pub(super) used: Vec<Strategy>,
+    pub(super) used: Vec<LampStrategy>,
     /// The number of light paths for the pixel's camera path ...
     pub(super) light_paths: usize,
     /// ... and the number that weights take it for: another one is a mistake.
@@ -84,24 +84,24 @@ impl Pixel {
     }
 
     /// The density of a path by a strategy, times its number of samples.
-    fn sampled(&self, strategy: Strategy, g: f64, route: Route, light_paths: usize) -> f64 {
+    fn sampled(&self, strategy: LampStrategy, g: f64, route: Route, light_paths: usize) -> f64 {
         match strategy {
-            Strategy::Scattering => g / self.width,
-            Strategy::LightSampling if route == Route::Mirrored => 0.0,
-            Strategy::LightSampling => 1.0 / (self.width * self.lamp),
-            Strategy::LightPath => light_paths as f64 * g / self.lamp,
+            LampStrategy::Scattering => g / self.width,
+            LampStrategy::LightSampling if route == Route::Mirrored => 0.0,
+            LampStrategy::LightSampling => 1.0 / (self.width * self.lamp),
+            LampStrategy::LightPath => light_paths as f64 * g / self.lamp,
         }
     }
 
     /// The weight of a strategy for a path, by the power heuristic.
-    fn weight(&self, strategy: Strategy, g: f64, route: Route) -> f64 {
+    fn weight(&self, strategy: LampStrategy, g: f64, route: Route) -> f64 {
         let square = |strategy| self.sampled(strategy, g, route, self.weighted_as).powi(2);
         let all: f64 = self.used.iter().map(|&other| square(other)).sum();
         square(strategy) / all
     }
 
     /// The contribution of a path that a strategy has found.
-    fn contribution(&self, strategy: Strategy, x: f64, t: f64, route: Route) -> f64 {
+    fn contribution(&self, strategy: LampStrategy, x: f64, t: f64, route: Route) -> f64 {
         let g = Self::density(x, t, route);
         if g == 0.0 {
             return 0.0;
@@ -112,15 +112,15 @@ impl Pixel {
     }
 
     /// One estimate by a strategy, which draws its own point of the pixel or, for light paths, of the lamp.
-    pub(super) fn estimate_by(&self, strategy: Strategy, uniform: &mut Uniform) -> f64 {
+    pub(super) fn estimate_by(&self, strategy: LampStrategy, uniform: &mut Uniform) -> f64 {
         let mut on_floor = || self.left + self.width * uniform.double();
         match strategy {
-            Strategy::LightSampling => {
+            LampStrategy::LightSampling => {
                 let x = on_floor();
                 let t = self.lamp * (uniform.double() - 0.5);
                 self.contribution(strategy, x, t, Route::Direct)
             }
-            Strategy::Scattering => {
+            LampStrategy::Scattering => {
                 let x = on_floor();
                 let arrival = x + tangent(uniform);
                 let is_lamp = |t: f64| t.abs() < 0.5 * self.lamp;
@@ -133,7 +133,7 @@ impl Pixel {
                     0.0
                 }
             }
-            Strategy::LightPath => {
+            LampStrategy::LightPath => {
                 let mut sum = 0.0;
                 for _ in 0..self.light_paths {
                     let t = self.lamp * (uniform.double() - 0.5);
@@ -183,15 +183,15 @@ impl Pixel {
     }
 
     /// The exact mean of the estimates by a strategy: the light that it finds, by its weight.
-    pub(super) fn mean_by(&self, strategy: Strategy) -> f64 {
+    pub(super) fn mean_by(&self, strategy: LampStrategy) -> f64 {
         self.integral(|g, route| self.weight(strategy, g, route) * g / (self.lamp * self.width))
     }
 
     /// The exact variance of an estimate of the pixel.
     pub(super) fn variance(&self) -> f64 {
-        let of_strategy = |&strategy: &Strategy| {
+        let of_strategy = |&strategy: &LampStrategy| {
             let samples = match strategy {
-                Strategy::LightPath => self.light_paths as f64,
+                LampStrategy::LightPath => self.light_paths as f64,
                 _ => 1.0,
             };
             let squares = self.integral(|g, route| {

@@ -6,7 +6,7 @@
 //! copy of it.
 //!
 //! Measure: stated by each topic.
-//! Range: settings as in [`topic::Settings`]. All results except times and renders with a time budget are the same for
+//! Range: settings as in [`topic::LessonSettings`]. All results except times and renders with a time budget are the same for
 //! the same seed, on any number of threads.
 //! Source: docs/lessons.md. Tested in `lab/tests/reports/lesson.rs`.
 
@@ -38,7 +38,7 @@ mod window;
 
 use etendue::{Error, Result};
 use page::Page;
-use topic::{Lesson, LessonObserver, Settings, Topic};
+use topic::{Lesson, LessonObserver, LessonSettings, Topic};
 
 /// All topics, in the order of the course.
 pub const TOPICS: &[Topic] = &[
@@ -67,7 +67,7 @@ pub const TOPICS: &[Topic] = &[
 /// Settings out of their range, a render that fails, or threads that cannot be started.
 pub fn run(
     topic: &Topic,
-    settings: &Settings,
+    settings: &LessonSettings,
     observer: &dyn LessonObserver,
 ) -> Result<Option<Page>> {
     if settings.threads == 0 {

@@ -75,7 +75,7 @@ impl Number {
 
 /// An estimator with its variance and cost.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Technique {
+pub struct MeasuredTechnique {
     /// Name of the technique.
     pub name: String,
     /// The mean of its samples.
@@ -94,7 +94,7 @@ pub struct Technique {
     pub efficiency_range: Option<[f64; 2]>,
 }
 
-impl Technique {
+impl MeasuredTechnique {
     /// A technique with its measured samples and cost.
     pub fn new(name: impl Into<String>, samples: &Moments, cost: f64) -> Self {
         let rounding = (f64::EPSILON * samples.mean()).powi(2);
@@ -146,10 +146,10 @@ mod tests {
     #[test]
     fn efficiency_is_inverse_of_variance_times_cost() {
         let samples = Moments::of([1.0, 3.0]);
-        assert_eq!(Technique::new("it", &samples, 0.25).efficiency, 2.0);
+        assert_eq!(MeasuredTechnique::new("it", &samples, 0.25).efficiency, 2.0);
         let constant = Moments::of([1.0, 1.0]);
         assert_eq!(
-            Technique::new("it", &constant, 0.25).efficiency,
+            MeasuredTechnique::new("it", &constant, 0.25).efficiency,
             f64::INFINITY
         );
     }

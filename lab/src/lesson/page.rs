@@ -4,7 +4,7 @@
 //! Range: any numbers. In a text, backticks enclose code; a formula is LaTeX.
 //! Source: none needed. Tested in `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use crate::plot::Plot;
 use etendue::internals::image::Image;
 use serde::{Serialize, Serializer};
@@ -68,7 +68,7 @@ pub enum Finding {
         /// Text on how to read them.
         reading: String,
         /// The estimators; the others are compared with the first.
-        techniques: Vec<Technique>,
+        techniques: Vec<MeasuredTechnique>,
     },
     /// Plots to be shown side by side.
     Plots {

@@ -8,8 +8,8 @@ use super::number::Number;
 use super::page::{Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use crate::course::piecewise_linear::PiecewiseLinear;
-use crate::course::quadrature::Rule;
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::course::quadrature::QuadratureRule;
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::math::stats::Moments;
 
@@ -78,7 +78,7 @@ fn numbers(lesson: &Lesson<'_>, density: &PiecewiseLinear) -> Finding {
     let nodes = 2 * (VALUES.len() - 1) + 1;
     let moment = |power: i32| {
         let f = |x: f64| x.powi(power) * density.pdf(x);
-        let integral = Rule::Simpson.integrate(f, [0.0, 1.0], nodes);
+        let integral = QuadratureRule::Simpson.integrate(f, [0.0, 1.0], nodes);
         integral.expect("an odd number of nodes")
     };
     let x = lesson.sample("x", SAMPLES, |uniform| density.sample(uniform.double()));
@@ -124,7 +124,7 @@ fn histogram(lesson: &Lesson<'_>, density: &PiecewiseLinear) -> Plot {
             "{SHOWN} samples in {BINS} bins follow the density. Where p exceeds 1 numbers are more \
              frequent than uniform ones."
         ),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("x").over(0.0, 1.0),
         y: Axis::linear("density"),
         series: vec![
@@ -148,7 +148,7 @@ fn inversion(density: &PiecewiseLinear) -> Plot {
         reading: "Sixteen evenly spaced u on the ordinate are mapped by the inverse of P. On the \
                   abscissa they are dense where P is steep, that is, where p is high."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("x").over(0.0, 1.0),
         y: Axis::linear("u").over(0.0, 1.0),
         series: (0..ARROWS).map(arrow).chain([curve]).collect(),

@@ -5,12 +5,12 @@
 //! Range: exponents from 1 to 1000.
 //! Source: moments of powers of the cosine. Tested in `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use super::uniform::Uniform;
 use crate::course::direction::{PDF_HEMISPHERE_UNIFORM, sample_hemisphere_uniform};
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::math::vec::Vec3;
 use etendue::internals::sampling::cosine_power::{
@@ -136,7 +136,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     }
     let techniques = DENSITIES.map(|density| {
         let samples = lesson.sample(density.name, SAMPLES, |u| density.estimate(SHOWN, u));
-        let technique = Technique::new(density.name, &samples.all(), samples.cost());
+        let technique = MeasuredTechnique::new(density.name, &samples.all(), samples.cost());
         let variance = (density.variance)(f64::from(SHOWN));
         let name = format!("V for n = {SHOWN}, {}", density.name);
         numbers.push(Number::mean(name, variance, &samples.variances(), 0.02));
@@ -148,7 +148,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
                   at n = 1000 the lobe's own density saves a factor of half a billion over \
                   uniform directions."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("exponent n"),
         y: Axis::log("standard deviation σ"),
         series,
@@ -181,7 +181,7 @@ fn lobe(lesson: &Lesson<'_>, n: f32) -> Plot {
     Plot {
         title: format!("1000 directions, n = {n}"),
         reading: "Seen from above.".to_owned(),
-        shape: Shape::Square,
+        shape: AspectRatio::Square,
         x: Axis::linear("x").over(-1.05, 1.05),
         y: Axis::linear("y").over(-1.05, 1.05),
         series: vec![Series::new("", Mark::Dots, 2, points.collect())],

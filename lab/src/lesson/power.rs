@@ -4,12 +4,12 @@
 //! Range: integer exponents.
 //! Source: E = (n + 1) / (n + 2), V = (n + 1) / ((n + 2)^2 (n + 3)). Tested in `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
-use super::topic::{Lesson, Samples, Topic};
+use super::topic::{GroupedSamples, Lesson, Topic};
 use super::uniform::Uniform;
 use crate::course::power::{pdf_power, sample_power, sample_power_as_maximum};
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 
 pub const TOPIC: Topic = Topic {
@@ -72,7 +72,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         let m = f64::from(n);
         let expected = (m + 1.0) / (m + 2.0);
         let variance = (m + 1.0) / ((m + 2.0).powi(2) * (m + 3.0));
-        let ways: [(&str, Samples); 2] = [
+        let ways: [(&str, GroupedSamples); 2] = [
             (
                 "inversion",
                 lesson.sample(&format!("inversion {n}"), SAMPLES, |u| by_inversion(n, u)),
@@ -92,7 +92,9 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
                 1e-2,
             ));
             let name = format!("n = {n}, by {way}");
-            techniques.push(Technique::new(name, &samples.all(), samples.cost()).exactly(variance));
+            techniques.push(
+                MeasuredTechnique::new(name, &samples.all(), samples.cost()).exactly(variance),
+            );
         }
     }
     vec![
@@ -138,7 +140,7 @@ fn densities(lesson: &Lesson<'_>) -> Plot {
         reading: "Lines are (n + 1) xⁿ, dots the shares of maxima in 40 bins. The more numbers \
                   there are, the closer to 1 is their maximum."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("x").over(0.0, 1.0),
         y: Axis::linear("density").over(0.0, 16.0),
         series: series.collect(),

@@ -5,14 +5,14 @@
 //! Source: errors of order N^(-2/d) and N^(-4/d) against N^(-1/2). Tested in `lab/tests/reports/lesson.rs`.
 
 use super::error_curve::{ErrorCurve, powers_of_two};
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use super::uniform::Uniform;
 use crate::course::integrands::Integrand;
 use crate::course::monte_carlo::{integrate_plain, integrate_stratified};
-use crate::course::quadrature::Rule;
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::course::quadrature::QuadratureRule;
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::math::stats::Moments;
 
@@ -34,7 +34,10 @@ const MAX_CALLS: u32 = 16;
 /// The number of calls at which dimensions are compared.
 const CALLS: usize = 4097;
 
-const RULES: [(Rule, &str); 2] = [(Rule::Trapezoid, "trapezoid"), (Rule::Simpson, "Simpson")];
+const RULES: [(QuadratureRule, &str); 2] = [
+    (QuadratureRule::Trapezoid, "trapezoid"),
+    (QuadratureRule::Simpson, "Simpson"),
+];
 
 fn plain(integrand: Integrand, d: u32, calls: usize, uniform: &mut Uniform) -> f64 {
     integrate_plain(|x| integrand.eval(x), d, calls, &mut || uniform.double()).mean()
@@ -129,7 +132,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
 }
 
 fn numbers(lesson: &Lesson<'_>) -> Vec<Number> {
-    let simpson = |d, nodes| rule(Rule::Simpson, SMOOTH, d, nodes);
+    let simpson = |d, nodes| rule(QuadratureRule::Simpson, SMOOTH, d, nodes);
     let mut numbers = vec![
         Number::certain("Simpson, d = 1, 1025 nodes, smooth", 1.0, simpson(1, 1025)),
         Number::certain(
@@ -155,7 +158,7 @@ fn numbers(lesson: &Lesson<'_>) -> Vec<Number> {
     numbers
 }
 
-fn rule(rule: Rule, integrand: Integrand, d: u32, calls: usize) -> f64 {
+fn rule(rule: QuadratureRule, integrand: Integrand, d: u32, calls: usize) -> f64 {
     let estimate = rule.integrate_cube(|x| integrand.eval(x), d, calls);
     estimate.map_or(f64::NAN, |estimate| estimate.value)
 }
@@ -199,7 +202,7 @@ fn by_calls(lesson: &Lesson<'_>, integrand: Integrand, d: u32) -> (ErrorCurve, P
     let plot = Plot {
         title: format!("d = {d}, {kind}"),
         reading: reading(integrand.is_smooth(), d).to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("calls N"),
         y: Axis::log("error"),
         series,
@@ -278,27 +281,28 @@ fn by_dimension(lesson: &Lesson<'_>, integrand: Integrand, title: &str) -> Plot 
                   line. A rule's line ends where the calls do not suffice for its smallest grid, \
                   two or three nodes per axis."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("dimension d").over(0.5, 12.5),
         y: Axis::log("error / σ"),
         series,
     }
 }
 
-fn techniques(lesson: &Lesson<'_>) -> Vec<Technique> {
+fn techniques(lesson: &Lesson<'_>) -> Vec<MeasuredTechnique> {
     let estimates = lesson.samples(1000);
     let mut techniques = Vec::new();
     for d in [2, 8] {
         let samples = lesson.sample(&format!("technique plain {d}"), estimates, |u| {
             plain(SMOOTH, d, CALLS, u)
         });
-        let technique = Technique::new(format!("plain, d = {d}"), &samples.all(), samples.cost());
+        let technique =
+            MeasuredTechnique::new(format!("plain, d = {d}"), &samples.all(), samples.cost());
         techniques.push(technique.exactly(SMOOTH.variance(d) / CALLS as f64));
         let samples = lesson.sample(&format!("technique stratified {d}"), estimates, |u| {
             stratified(SMOOTH, d, CALLS, u).map_or(f64::NAN, |(value, _)| value)
         });
         let name = format!("stratified, d = {d}");
-        techniques.push(Technique::new(name, &samples.all(), samples.cost()));
+        techniques.push(MeasuredTechnique::new(name, &samples.all(), samples.cost()));
     }
     techniques
 }

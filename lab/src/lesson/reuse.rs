@@ -5,11 +5,11 @@
 //! Source: Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths". Tested in
 //! `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Figure, Finding, Formula, Page};
-use super::shared_floor::{Counted, Floor, PIXELS, WALL, irradiance};
-use super::topic::{Lesson, Samples, Topic};
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use super::shared_floor::{Counted, PIXELS, PixelRow, WALL, irradiance};
+use super::topic::{GroupedSamples, Lesson, Topic};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
@@ -36,8 +36,8 @@ const SAMPLES: usize = 1 << 18;
 const SPACINGS: [f64; 7] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
 
 /// The floor beside the wall, with groups of this size.
-fn beside_wall(group: usize) -> Floor {
-    Floor::new(0.0, SPACING, group, WALL)
+fn beside_wall(group: usize) -> PixelRow {
+    PixelRow::new(0.0, SPACING, group, WALL)
 }
 
 fn name(group: usize) -> String {
@@ -105,8 +105,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
         };
         (group, SHOWN.map(samples))
     });
-    let technique = |(group, samples): &(usize, [Samples; 2])| {
-        let technique = Technique::new(name(*group), &samples[0].all(), samples[0].cost());
+    let technique = |(group, samples): &(usize, [GroupedSamples; 2])| {
+        let technique = MeasuredTechnique::new(name(*group), &samples[0].all(), samples[0].cost());
         technique.exactly(beside_wall(*group).variance(SHOWN[0]))
     };
     vec![
@@ -141,7 +141,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     ]
 }
 
-fn numbers(lesson: &Lesson<'_>, sampled: &[(usize, [Samples; 2])]) -> Vec<Number> {
+fn numbers(lesson: &Lesson<'_>, sampled: &[(usize, [GroupedSamples; 2])]) -> Vec<Number> {
     let mut numbers = Vec::new();
     for (group, samples) in sampled {
         let floor = beside_wall(*group);
@@ -202,8 +202,8 @@ fn figures(lesson: &Lesson<'_>) -> Vec<Figure> {
     let mut figures = Vec::new();
     for group in [1, 4, PIXELS] {
         let floors =
-            (0..WIDTH / PIXELS).map(|strip| Floor::new(centre(strip), spacing, group, WALL));
-        let floors: Vec<Floor> = floors.collect();
+            (0..WIDTH / PIXELS).map(|strip| PixelRow::new(centre(strip), spacing, group, WALL));
+        let floors: Vec<PixelRow> = floors.collect();
         let mut uniform = lesson.uniform(&format!("picture {group}"), 0);
         let values = (0..HEIGHT).flat_map(|_| {
             let row = floors
@@ -228,7 +228,7 @@ fn gains(lesson: &Lesson<'_>) -> Plot {
     let mut series = Vec::new();
     let pixel = PIXELS / 2;
     for (hue, group) in [4, PIXELS].into_iter().enumerate() {
-        let floor = |spacing: f64| Floor::new(0.0, spacing, group, 0.0);
+        let floor = |spacing: f64| PixelRow::new(0.0, spacing, group, 0.0);
         let alone = |spacing: f64| {
             let mean = irradiance(floor(spacing).positions[pixel]);
             mean * (1.0 - mean)
@@ -254,7 +254,7 @@ fn gains(lesson: &Lesson<'_>) -> Plot {
                   as much as there are of them. Pixels that see different things gain nothing, and \
                   lose nothing."
                 .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("distance between pixels, in heights of the ceiling"),
         y: Axis::log("variance alone / shared").over(0.8, 20.0),
         series,
@@ -264,7 +264,7 @@ fn gains(lesson: &Lesson<'_>) -> Plot {
 /// The noise of the mean over neighbours.
 fn means() -> Plot {
     let curve = |group: usize| {
-        let floor = Floor::new(0.0, SPACING, group, 0.0);
+        let floor = PixelRow::new(0.0, SPACING, group, 0.0);
         let counts = [1, 2, 4, 8, PIXELS];
         let point = |count: usize| [count as f64, floor.variance_of_mean(count).sqrt()];
         counts.map(point).to_vec()
@@ -276,7 +276,7 @@ fn means() -> Plot {
                   same; over the whole group both are equal. So an image seen from afar has gained \
                   nothing, and a noise filter less than the pixels have."
                 .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("pixels averaged"),
         y: Axis::log("standard deviation").over(0.05, 1.0),
         series: vec![

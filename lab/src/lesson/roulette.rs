@@ -4,11 +4,11 @@
 //! Range: R = 0.5, and continuation probabilities q above R^2, below which the variance is infinite.
 //! Source: E[S^2] = (1 + 2R/(1 - R)) / (1 - R^2/q). Tested in `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
-use super::topic::{Lesson, Samples, Topic};
+use super::topic::{GroupedSamples, Lesson, Topic};
 use super::uniform::Uniform;
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use etendue::internals::math::stats::Moments;
 
@@ -97,8 +97,8 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             lesson.sample(&format!("sum {q}"), SAMPLES, |u| path(q, u).0),
         )
     });
-    let technique = |(q, sums): &(f64, Samples)| {
-        let technique = Technique::new(format!("q = {q}"), &sums.all(), sums.cost());
+    let technique = |(q, sums): &(f64, GroupedSamples)| {
+        let technique = MeasuredTechnique::new(format!("q = {q}"), &sums.all(), sums.cost());
         technique.exactly(variance(*q))
     };
     let mut measured: Vec<[f64; 2]> = paths
@@ -125,7 +125,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     ]
 }
 
-fn of_paths(lesson: &Lesson<'_>, paths: &[(f64, Samples)]) -> Vec<Number> {
+fn of_paths(lesson: &Lesson<'_>, paths: &[(f64, GroupedSamples)]) -> Vec<Number> {
     let mut numbers = Vec::new();
     for (q, sums) in paths.iter().filter(|(q, _)| SHOWN.contains(q)) {
         let bounces = lesson.sample(&format!("bounces {q}"), SAMPLES, |u| {
@@ -183,7 +183,7 @@ fn variances(measured: Vec<[f64; 2]>) -> Plot {
         reading: "Dots are measured. Below q = R the variance rises steeply; below q = 1/4 it is \
                   infinite, as the division by q raises the throughput faster than paths end."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("probability q of continuing").over(0.2, 1.0),
         y: Axis::linear("variance").over(0.0, 10.0),
         series: vec![
@@ -215,7 +215,7 @@ fn truncated(lesson: &Lesson<'_>) -> Plot {
         reading: "A bounce limit costs no variance here, but its error remains. That of roulette \
                   falls below any limit with enough paths."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("paths N"),
         y: Axis::log("error of L"),
         series: vec![

@@ -28,14 +28,14 @@ pub(super) enum Counted {
 
 /// Pixels side by side, in groups that share their paths.
 #[derive(Debug, Clone)]
-pub(super) struct Floor {
+pub(super) struct PixelRow {
     pub(super) positions: Vec<f64>,
     /// The number of pixels in a group.
     group: usize,
     wall: f64,
 }
 
-impl Floor {
+impl PixelRow {
     /// Sixteen pixels about a centre.
     pub(super) fn new(centre: f64, spacing: f64, group: usize, wall: f64) -> Self {
         let middle = (PIXELS - 1) as f64 / 2.0;

@@ -5,13 +5,13 @@
 //! Source: for f = 2x, V = 1 / (3 N^3); for f = x + y, V = 1 / (6 N^2). Tested in `lab/tests/reports/lesson.rs`.
 
 use super::error_curve::{ErrorCurve, powers_of_two};
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
 use super::uniform::Uniform;
 use crate::course::integrands::Integrand;
 use crate::course::monte_carlo::{integrate_jittered, integrate_latin_hypercube, integrate_plain};
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 use std::cell::RefCell;
 
@@ -243,7 +243,7 @@ fn plot(title: &str, reading: &str, curves: &[(Estimator, ErrorCurve)]) -> Plot 
     Plot {
         title: title.to_owned(),
         reading: reading.to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("samples N"),
         y: Axis::log("root mean square error"),
         series: series
@@ -252,13 +252,13 @@ fn plot(title: &str, reading: &str, curves: &[(Estimator, ErrorCurve)]) -> Plot 
     }
 }
 
-fn technique(lesson: &Lesson<'_>, estimator: Estimator) -> Technique {
+fn technique(lesson: &Lesson<'_>, estimator: Estimator) -> MeasuredTechnique {
     let runs = lesson.samples(20_000);
     let experiment = format!("technique {}", estimator.name());
     let all = lesson.sample(&experiment, runs, |u| {
         estimator.value(|x| Integrand::Ball.eval(x), 2, 256, u)
     });
-    let technique = Technique::new(estimator.name(), &all.all(), all.cost());
+    let technique = MeasuredTechnique::new(estimator.name(), &all.all(), all.cost());
     match estimator {
         Estimator::Plain => technique.exactly(Integrand::Ball.variance(2) / 256.0),
         _ => technique,
@@ -290,7 +290,7 @@ fn scatter(lesson: &Lesson<'_>, estimator: Estimator) -> Plot {
             Estimator::LatinHypercube => "One in each of 64 rows and 64 columns.",
         }
         .to_owned(),
-        shape: Shape::Square,
+        shape: AspectRatio::Square,
         x: Axis::linear("x").over(0.0, 1.0),
         y: Axis::linear("y").over(0.0, 1.0),
         series: strata.into_iter().chain([samples]).collect(),

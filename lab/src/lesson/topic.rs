@@ -30,7 +30,7 @@ pub struct Topic {
 
 /// The settings of a lesson.
 #[derive(Debug, Clone, Copy)]
-pub struct Settings {
+pub struct LessonSettings {
     /// Selects one of 2^64 sets of random numbers.
     pub seed: u64,
     /// Number of threads, at least 1.
@@ -39,7 +39,7 @@ pub struct Settings {
     pub effort: f64,
 }
 
-impl Default for Settings {
+impl Default for LessonSettings {
     fn default() -> Self {
         Self {
             seed: 0,
@@ -69,7 +69,7 @@ impl LessonObserver for NullLessonObserver {}
 pub struct Lesson<'a> {
     topic: &'static str,
     /// The settings of the run.
-    pub settings: Settings,
+    pub settings: LessonSettings,
     observer: &'a dyn LessonObserver,
 }
 
@@ -79,7 +79,7 @@ pub const GROUPS: usize = 64;
 impl<'a> Lesson<'a> {
     pub(super) fn new(
         topic: &'static str,
-        settings: Settings,
+        settings: LessonSettings,
         observer: &'a dyn LessonObserver,
     ) -> Self {
         Self {
@@ -126,14 +126,14 @@ impl<'a> Lesson<'a> {
         experiment: &str,
         samples: usize,
         estimator: impl Fn(&mut Uniform) -> f64 + Sync,
-    ) -> Samples {
+    ) -> GroupedSamples {
         let each = samples.div_ceil(GROUPS).max(16);
         let groups = self.repeat(experiment, GROUPS, |uniform| {
             let start = Instant::now();
             let moments = Moments::of((0..each).map(|_| estimator(uniform)));
             (moments, start.elapsed().as_secs_f64() / each as f64)
         });
-        Samples { groups }
+        GroupedSamples { groups }
     }
 
     /// Reports the completed fraction of the topic, in [0, 1].
@@ -158,11 +158,11 @@ impl RenderObserver for Lesson<'_> {
 
 /// Samples in groups: the moments of each group, and its seconds a sample.
 #[derive(Debug, Clone)]
-pub struct Samples {
+pub struct GroupedSamples {
     groups: Vec<(Moments, f64)>,
 }
 
-impl Samples {
+impl GroupedSamples {
     /// The moments of all samples.
     pub fn all(&self) -> Moments {
         let groups = self.groups.iter().map(|(moments, _)| *moments);

@@ -6,11 +6,11 @@
 //! Source: Booth and Hendricks 1984 for weight windows; the sums are geometric series. Tested in
 //! `lab/tests/reports/lesson.rs`.
 
-use super::number::{Number, Technique};
+use super::number::{MeasuredTechnique, Number};
 use super::page::{Finding, Formula, Page};
-use super::topic::{Lesson, Samples, Topic};
+use super::topic::{GroupedSamples, Lesson, Topic};
 use super::uniform::Uniform;
-use crate::plot::{Axis, Mark, Plot, Series, Shape};
+use crate::plot::{AspectRatio, Axis, Mark, Plot, Series};
 use etendue::Result;
 
 pub const TOPIC: Topic = Topic {
@@ -133,15 +133,16 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
 }
 
 fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
-    let paths: Vec<(f64, Samples)> = WINDOWS
+    let paths: Vec<(f64, GroupedSamples)> = WINDOWS
         .iter()
         .map(|&w| {
             let samples = lesson.sample(&format!("sum {w}"), SAMPLES, |u| path(R, w, u).0);
             (w, samples)
         })
         .collect();
-    let technique = |(w, sums): &(f64, Samples)| {
-        let technique = Technique::new(format!("w = 1/{}", 1.0 / w), &sums.all(), sums.cost());
+    let technique = |(w, sums): &(f64, GroupedSamples)| {
+        let technique =
+            MeasuredTechnique::new(format!("w = 1/{}", 1.0 / w), &sums.all(), sums.cost());
         technique.exactly(exact(R, *w)[0])
     };
     vec![
@@ -167,7 +168,7 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
     ]
 }
 
-fn numbers(lesson: &Lesson<'_>, paths: &[(f64, Samples)]) -> Vec<Number> {
+fn numbers(lesson: &Lesson<'_>, paths: &[(f64, GroupedSamples)]) -> Vec<Number> {
     let mut numbers = Vec::new();
     for (w, sums) in paths {
         let [variance, surfaces] = exact(R, *w);
@@ -212,7 +213,7 @@ fn works(lesson: &Lesson<'_>) -> Plot {
                   reflected, the best window halves the work. The steps are at powers of R, where a \
                   path has one sure bounce more."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("window w"),
         y: Axis::linear("V · T, relative to w = 1").over(0.4, 1.8),
         series,
@@ -234,7 +235,7 @@ fn parts() -> Plot {
             "The variance falls to that of the surfaces' own light, and no further; the length \
                   of paths grows by the same for each halving of the window."
                 .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("window w"),
         y: Axis::linear("relative to w = 1"),
         series: vec![

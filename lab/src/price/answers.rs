@@ -26,7 +26,7 @@ const ROUNDING: f64 = 2e-6;
 
 /// The price of one error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+pub struct PriceRow {
     /// The root of relMSE.
     pub error: f64,
     /// Samples per pixel; `None` where there is no time.
@@ -37,7 +37,7 @@ pub struct Row {
 
 /// The facts from which prices follow.
 #[derive(Debug, Clone, Copy)]
-pub struct Facts<'a> {
+pub struct PriceInput<'a> {
     /// All looks, from few samples to many.
     pub looks: &'a [Look],
     /// The samples per pixel that were rendered.
@@ -58,17 +58,17 @@ pub struct Facts<'a> {
     pub doubt: Option<&'a str>,
 }
 
-impl Facts<'_> {
+impl PriceInput<'_> {
     /// The price of an error.
-    pub fn row(&self, error: f64) -> Row {
-        let unknown = |why: &str| Row {
+    pub fn row(&self, error: f64) -> PriceRow {
+        let unknown = |why: &str| PriceRow {
             error,
             spp: None,
             time: Answer::Unknown(why.to_owned()),
         };
         let time = |spp: f64| self.start + self.pace * spp;
         if self.looks.iter().all(|look| look.rel_rmse < ROUNDING) {
-            return Row {
+            return PriceRow {
                 error,
                 spp: Some(MIN_SPP),
                 time: Answer::Exact(time(MIN_SPP)),
@@ -91,7 +91,7 @@ impl Facts<'_> {
             _ if worth <= self.worth => Answer::Measured(range),
             _ => Answer::Law(range),
         };
-        Row {
+        PriceRow {
             error,
             spp: Some(samples.max(MIN_SPP).ceil()),
             time,
@@ -147,8 +147,8 @@ mod tests {
         samples.map(look).to_vec()
     }
 
-    fn facts<'a>(looks: &'a [Look], doubt: Option<&'a str>) -> Facts<'a> {
-        Facts {
+    fn facts<'a>(looks: &'a [Look], doubt: Option<&'a str>) -> PriceInput<'a> {
+        PriceInput {
             looks,
             spp: 1024.0,
             worth: 1024.0,
@@ -208,7 +208,7 @@ mod tests {
     fn time_before_the_first_sample_is_added_once() {
         let looks = looks();
         let of_start = |start: f64| {
-            let facts = Facts {
+            let facts = PriceInput {
                 start,
                 ..facts(&looks, None)
             };
@@ -225,7 +225,7 @@ mod tests {
         let looks = looks();
         let even = facts(&looks, None);
         // The looks count samples that are worth as much, of which the render took half as many.
-        let adaptive = Facts { spp: 512.0, ..even };
+        let adaptive = PriceInput { spp: 512.0, ..even };
         for error in [0.1, 0.01] {
             let [even, adaptive] = [even.row(error), adaptive.row(error)];
             let ratio = even.spp.expect("known") / adaptive.spp.expect("known");

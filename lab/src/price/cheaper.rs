@@ -51,7 +51,7 @@ impl Cheaper {
 }
 
 /// The measurement of one way.
-struct Measured {
+struct MeasuredSetting {
     /// relMSE times seconds, and its relative standard error; `None` if the error is in doubt.
     cost: Option<[f64; 2]>,
     seconds: f64,
@@ -60,7 +60,7 @@ struct Measured {
 }
 
 /// The measured settings, and the time for them.
-pub struct Comparison<'a> {
+pub struct CheaperSettings<'a> {
     /// The scene, on a small film.
     pub prepared: &'a PreparedScene,
     /// The present way.
@@ -75,7 +75,7 @@ pub struct Comparison<'a> {
     pub observer: &'a dyn RenderObserver,
 }
 
-impl Comparison<'_> {
+impl CheaperSettings<'_> {
     /// Measures all other ways; those before a cancellation.
     ///
     /// # Errors
@@ -185,7 +185,7 @@ impl Comparison<'_> {
         settings: &RenderSettings,
         options: AccelOptions,
         budget: Budget,
-    ) -> Result<Option<(Measured, Rendered)>> {
+    ) -> Result<Option<(MeasuredSetting, Rendered)>> {
         let settings = RenderSettings {
             budget,
             ..settings.clone()
@@ -206,7 +206,7 @@ impl Comparison<'_> {
         let error = rendered
             .error(CONFIDENCE)
             .filter(|error| error.doubt.is_none());
-        let measured = Measured {
+        let measured = MeasuredSetting {
             cost: error.map(|error| [error.rel_rmse.powi(2) * seconds, error.uncertainty]),
             seconds,
             spp: rendered.spp as f64,
@@ -218,7 +218,7 @@ impl Comparison<'_> {
     /// The noise filter of an image with layers; `None` if the filter cannot estimate its error.
     fn denoised(
         &self,
-        base: &Measured,
+        base: &MeasuredSetting,
         settings: &RenderSettings,
         rendered: &Rendered,
     ) -> Result<Option<Cheaper>> {
@@ -246,7 +246,7 @@ impl Comparison<'_> {
         let more = start.elapsed().as_secs_f64();
         let seconds = rendered.elapsed.as_secs_f64();
         Ok(filtered.error.map(|after| {
-            let filtered = Measured {
+            let filtered = MeasuredSetting {
                 cost: Some([after.powi(2) * (seconds + more), before.uncertainty]),
                 seconds: seconds + more,
                 spp: rendered.spp as f64,
@@ -267,7 +267,7 @@ impl Comparison<'_> {
 }
 
 /// The gain by another way; `None` where an error is in doubt.
-fn gain(base: &Measured, other: &Measured) -> Option<Ranged> {
+fn gain(base: &MeasuredSetting, other: &MeasuredSetting) -> Option<Ranged> {
     let [[base, base_error], [other, other_error]] = [base.cost?, other.cost?];
     let error = base_error.hypot(other_error).hypot(TIMING);
     (base > 0.0 && other > 0.0).then(|| around(base / other, error))
@@ -287,8 +287,8 @@ fn around(value: f64, error: f64) -> Ranged {
 mod tests {
     use super::*;
 
-    fn measured(rel_mse: Option<f64>, seconds: f64) -> Measured {
-        Measured {
+    fn measured(rel_mse: Option<f64>, seconds: f64) -> MeasuredSetting {
+        MeasuredSetting {
             cost: rel_mse.map(|mse| [mse * seconds, 0.05]),
             seconds,
             spp: 64.0,

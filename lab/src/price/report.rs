@@ -4,7 +4,7 @@
 //! Range: a price that was interrupted has the results so far.
 //! Source: docs/accuracy.md, "The price". Tested in `cli/tests/command/price.rs`.
 
-use super::answers::Row;
+use super::answers::PriceRow;
 use super::cheaper::Cheaper;
 use crate::study::error_sources::ErrorSources;
 use etendue::internals::integrator::kind::IntegratorKind;
@@ -57,7 +57,7 @@ pub struct PriceReport {
     /// Seconds of a sample of each pixel at the scene's own size.
     pub pace: f64,
     /// The time and the samples to each error.
-    pub answers: Vec<Row>,
+    pub answers: Vec<PriceRow>,
     /// The sources of the error.
     pub error_sources: Option<ErrorSources>,
     /// Other ways to render it, with what they gain.

@@ -6,10 +6,10 @@
 //! errors that say so. An error of fewer than 16 samples is marked by a note. After a cancellation the report has the results so far.
 //! Source: docs/accuracy.md, "The price". Tested in `cli/tests/command/price.rs`.
 
-use super::answers::Facts;
-use super::cheaper::Comparison;
+use super::answers::PriceInput;
+use super::cheaper::CheaperSettings;
 use super::report::{PriceReport, PriceSettings};
-use super::watch::{OfRender, Watch};
+use super::watch::{OfRender, PriceClock};
 use crate::study::error_sources::error_sources;
 use crate::study::prepared_scene::PreparedScene;
 use crate::study::reference::References;
@@ -70,7 +70,7 @@ pub fn run(
     start: Instant,
     observer: &dyn StudyObserver,
 ) -> Result<PriceReport> {
-    let watch = Watch {
+    let watch = PriceClock {
         observer,
         start,
         budget: settings.budget,
@@ -93,7 +93,7 @@ pub fn run(
         ..settled.settings
     };
     let recommendation = settled.recommendation;
-    let mut price = Price {
+    let mut price = PriceMeasurement {
         report: blank(description, settings, &base, &prepared),
         description,
         settings,
@@ -146,7 +146,7 @@ fn blank(
 
 /// The time of a render at the scene's own size.
 #[derive(Debug, Clone, Copy)]
-struct OwnTime {
+struct OwnSizeTime {
     /// Seconds before the first sample, such as those of filling an irradiance cache.
     start: f64,
     /// Seconds of a sample of each pixel.
@@ -154,18 +154,18 @@ struct OwnTime {
 }
 
 /// A price that is being measured. Each step returns `None` if it was cancelled.
-struct Price<'a> {
+struct PriceMeasurement<'a> {
     description: &'a SceneDescription,
     settings: &'a PriceSettings,
     prepared: PreparedScene,
     /// The settings before pilots chose, which other integrators start from.
     given: RenderSettings,
     base: RenderSettings,
-    watch: Watch<'a>,
+    watch: PriceClock<'a>,
     report: PriceReport,
 }
 
-impl Price<'_> {
+impl PriceMeasurement<'_> {
     fn all(&mut self) -> Result<Option<()>> {
         let size = self.prepared.size();
         let pixels = f64::from(size.0) * f64::from(size.1);
@@ -190,7 +190,7 @@ impl Price<'_> {
             // A clock that was read late leaves nothing.
             (seconds - before).max(1e-3 * seconds) / rendered.spp.max(1) as f64
         };
-        let mut own = OwnTime {
+        let mut own = OwnSizeTime {
             start: before,
             pace: pace(&first, before),
         };
@@ -218,7 +218,7 @@ impl Price<'_> {
         };
         let (rendered, before) = self.render_whatever(&longest, until, 1)?;
         if longest.size() == size {
-            own = OwnTime {
+            own = OwnSizeTime {
                 start: before,
                 pace: pace(&rendered, before),
             };
@@ -326,7 +326,7 @@ impl Price<'_> {
             window: settings.window,
             ..self.given.clone()
         };
-        let comparison = Comparison {
+        let comparison = CheaperSettings {
             prepared: &small,
             settings: &settings,
             given: &given,
@@ -339,7 +339,7 @@ impl Price<'_> {
     }
 
     /// Computes the answers from the longest render.
-    fn answer(&mut self, rendered: &Rendered, own: OwnTime) -> Result<()> {
+    fn answer(&mut self, rendered: &Rendered, own: OwnSizeTime) -> Result<()> {
         let Some(error) = rendered.error(CONFIDENCE) else {
             return match rendered.cancelled {
                 true => Ok(()),
@@ -355,7 +355,7 @@ impl Price<'_> {
         }
         let (width, height) = self.report.full_size;
         let doubt = error.doubt.map(in_words);
-        let facts = Facts {
+        let facts = PriceInput {
             looks: &looks,
             spp: rendered.spp as f64,
             worth: rendered.worth.unwrap_or(rendered.spp as f64),

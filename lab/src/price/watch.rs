@@ -13,13 +13,13 @@ use std::time::Instant;
 const RESERVE: f64 = 0.02;
 
 /// The clock, which passes on cancellation.
-pub(super) struct Watch<'a> {
+pub(super) struct PriceClock<'a> {
     pub observer: &'a dyn StudyObserver,
     pub start: Instant,
     pub budget: f64,
 }
 
-impl Watch<'_> {
+impl PriceClock<'_> {
     /// Seconds since the start.
     pub fn elapsed(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
@@ -37,7 +37,7 @@ impl Watch<'_> {
     }
 }
 
-impl RenderObserver for Watch<'_> {
+impl RenderObserver for PriceClock<'_> {
     fn progress(&self, _progress: &Progress) {
         self.begin("measuring the price");
     }
@@ -49,7 +49,7 @@ impl RenderObserver for Watch<'_> {
 
 /// The clock of one render, which measures the time before its first sample.
 pub(super) struct OfRender<'a> {
-    watch: &'a Watch<'a>,
+    watch: &'a PriceClock<'a>,
     start: Instant,
     /// Seconds after which the irradiance cache was last worked on.
     before: Mutex<f64>,
@@ -57,7 +57,7 @@ pub(super) struct OfRender<'a> {
 
 impl<'a> OfRender<'a> {
     /// The clock of a render that starts now.
-    pub fn new(watch: &'a Watch<'a>) -> Self {
+    pub fn new(watch: &'a PriceClock<'a>) -> Self {
         Self {
             watch,
             start: Instant::now(),

@@ -67,7 +67,7 @@ impl Answer {
 }
 
 /// The facts about a variant from which its answers follow.
-pub(super) struct Facts<'a> {
+pub(super) struct AnswerInput<'a> {
     pub curve: &'a Curve,
     pub law: Result<Law, NoLaw>,
     pub bias: &'a Bias,
@@ -84,7 +84,7 @@ pub(super) struct Facts<'a> {
     pub pixels: u64,
 }
 
-impl Facts<'_> {
+impl AnswerInput<'_> {
     /// The time until the root of relMSE is `error`.
     pub fn answer(&self, error: f64) -> Answer {
         let rel_mse = error * error;
@@ -210,7 +210,7 @@ mod tests {
             }
         };
         let curve = Curve::new(&(0..7).map(level).collect::<Vec<_>>(), 3);
-        let facts = Facts {
+        let facts = AnswerInput {
             law: curve.law(),
             curve: &curve,
             bias: &bias(squared_bias, squared_bias > 0.0),
@@ -270,7 +270,7 @@ mod tests {
             errors: vec![noise, -1e-14, 0.0],
         };
         let curve = Curve::new(&[level(1.0, 1e-3), level(2.0, 1e-14), level(4.0, 0.0)], 3);
-        let facts = Facts {
+        let facts = AnswerInput {
             law: curve.law(),
             curve: &curve,
             bias: &bias(0.0, false),
@@ -295,7 +295,7 @@ mod tests {
         };
         let curve = Curve::new(&[level(1.0), level(2.0), level(4.0)], 3);
         let no_bias = bias(0.0, false);
-        let facts = |look| Facts {
+        let facts = |look| AnswerInput {
             law: curve.law(),
             curve: &curve,
             bias: &no_bias,

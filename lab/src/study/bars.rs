@@ -46,21 +46,21 @@ pub struct Coverage {
     /// The confidence level, which is the expected coverage.
     pub confidence: f64,
     /// Coverage for trusted pixels.
-    pub trusted: Share,
+    pub trusted: Proportion,
     /// Coverage for flagged pixels.
-    pub flagged: Share,
+    pub flagged: Proportion,
 }
 
 /// A proportion of counts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Share {
+pub struct Proportion {
     /// Channels of pixels whose bars contain the reference.
     pub held: u64,
     /// All channels of pixels.
     pub count: u64,
 }
 
-impl Share {
+impl Proportion {
     /// The proportion; NaN if the count is 0.
     pub fn value(&self) -> f64 {
         self.held as f64 / self.count as f64
@@ -89,8 +89,8 @@ pub fn reliability(film: &Film, spp: u64, references: &References) -> Option<(Ba
     let picture = film.develop();
     let mut coverage = CONFIDENCES.map(|confidence| Coverage {
         confidence,
-        trusted: Share::default(),
-        flagged: Share::default(),
+        trusted: Proportion::default(),
+        flagged: Proportion::default(),
     });
     let mut z_counts = [vec![0; BINS], vec![0; BINS]];
     let (mut of_bars, mut of_reference) = (0.0, 0.0);
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn wilson_interval_matches_reference_value() {
         // 8 of 10: [0.4902, 0.9433].
-        let share = Share {
+        let share = Proportion {
             held: 24,
             count: 30,
         };

@@ -12,7 +12,7 @@ use super::report::EffectShare;
 use super::run::Study;
 use super::runner::{Purpose, seed_for};
 use super::schedule::COST_SOURCES;
-use super::settings::Watch;
+use super::settings::StudyClock;
 use super::variance::{path_shares, remark};
 use etendue::Result;
 use etendue::internals::plan::Plan;
@@ -35,7 +35,7 @@ impl Study<'_> {
         &mut self,
         references: &References,
         laws: &[TimeLaw],
-        watch: &Watch<'_>,
+        watch: &StudyClock<'_>,
     ) -> Result<Option<()>> {
         let third = COST_SOURCES * self.settings.budget / 3.0;
         let share = |of_left: f64| third.min(of_left * watch.left()).max(0.0);
@@ -71,7 +71,12 @@ impl Study<'_> {
     }
 
     /// Measures the cost of each bounce for the first variant.
-    fn bounces(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
+    fn bounces(
+        &mut self,
+        laws: &[TimeLaw],
+        seconds: f64,
+        watch: &StudyClock<'_>,
+    ) -> Result<Option<()>> {
         let Some((law, variant)) = laws.first().zip(self.settings.variants.first()) else {
             return Ok(Some(()));
         };
@@ -91,7 +96,12 @@ impl Study<'_> {
     }
 
     /// Measures the cost of each effect of the scene.
-    fn effects(&mut self, laws: &[TimeLaw], seconds: f64, watch: &Watch<'_>) -> Result<Option<()>> {
+    fn effects(
+        &mut self,
+        laws: &[TimeLaw],
+        seconds: f64,
+        watch: &StudyClock<'_>,
+    ) -> Result<Option<()>> {
         let plan = Plan::new(
             &self.description,
             self.prepared.scene(self.settings.options),

@@ -21,7 +21,7 @@ const TILE: u32 = 8;
 
 /// The share of one class.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Share {
+pub struct ErrorShare {
     /// Of the variance.
     pub variance: f64,
     /// The standard error of `variance`; NaN for an image of a single part.
@@ -32,23 +32,23 @@ pub struct Share {
 
 /// The shares of all classes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shares {
+pub struct ClassShares {
     /// The relative variance of one sample.
     pub variance: f64,
     /// The classes, those without light among them.
-    pub classes: Vec<Share>,
+    pub classes: Vec<ErrorShare>,
 }
 
 /// Sums over pixels.
 #[derive(Debug, Clone, Default)]
-pub struct Sums {
+pub struct CovarianceSums {
     pixels: u64,
     variance: f64,
     covariance: Vec<f64>,
     energy: Vec<f64>,
 }
 
-impl Sums {
+impl CovarianceSums {
     fn new(classes: usize) -> Self {
         Self {
             covariance: vec![0.0; classes],
@@ -74,7 +74,7 @@ impl Sums {
 
 /// Sums over the samples of one pixel, by channel.
 #[derive(Debug, Clone)]
-struct PixelSums {
+struct PixelCovariance {
     count: f64,
     /// The sums of X and X^2.
     whole: [[f64; 2]; 3],
@@ -82,7 +82,7 @@ struct PixelSums {
     classes: Vec<[[f64; 2]; 3]>,
 }
 
-impl PixelSums {
+impl PixelCovariance {
     fn new(classes: usize) -> Self {
         Self {
             count: 0.0,
@@ -100,9 +100,9 @@ pub struct Splits {
     pixel: usize,
     seen: u64,
     sample: Vec<Rgb>,
-    of_pixel: PixelSums,
+    of_pixel: PixelCovariance,
     /// The sums over the pixels so far.
-    pub sums: Sums,
+    pub sums: CovarianceSums,
 }
 
 impl Splits {
@@ -114,8 +114,8 @@ impl Splits {
             pixel: 0,
             seen: 0,
             sample: vec![Rgb::BLACK; classes],
-            of_pixel: PixelSums::new(classes),
-            sums: Sums::new(classes),
+            of_pixel: PixelCovariance::new(classes),
+            sums: CovarianceSums::new(classes),
         }
     }
 
@@ -155,7 +155,7 @@ impl Splits {
 
     fn finish_pixel(&mut self) {
         let classes = self.sample.len();
-        let pixel = std::mem::replace(&mut self.of_pixel, PixelSums::new(classes));
+        let pixel = std::mem::replace(&mut self.of_pixel, PixelCovariance::new(classes));
         let n = pixel.count;
         let weights = self.weights.get(self.pixel).copied().unwrap_or_default();
         self.pixel += 1;
@@ -180,7 +180,7 @@ impl Splits {
 /// An observer that splits samples.
 pub trait Splitter: PathObserver {
     /// The sums over all pixels.
-    fn into_sums(self) -> Sums;
+    fn into_sums(self) -> CovarianceSums;
 }
 
 /// Observes `spp` samples of each pixel, by observers for `spp` samples of pixels with given weights; the sums of parts
@@ -191,7 +191,7 @@ pub fn observed<O: Splitter>(
     references: &References,
     (spp, seed): (u64, u64),
     observer: impl Fn(Vec<[f64; 3]>) -> O + Sync,
-) -> Option<Vec<Sums>> {
+) -> Option<Vec<CovarianceSums>> {
     let settings = prepared.settings(variant, spp, seed);
     let scene = prepared.scene(variant.options);
     let mut film = Film::new(settings.window, TILE);
@@ -216,12 +216,12 @@ pub fn observed<O: Splitter>(
         );
         (index % PARTS, observer.into_sums())
     };
-    let tiles: Vec<(usize, Sums)> = pool.install(|| {
+    let tiles: Vec<(usize, CovarianceSums)> = pool.install(|| {
         let tiles = film.tiles_mut().par_iter_mut().enumerate();
         tiles.map(watch).collect()
     });
     let classes = tiles.first()?.1.covariance.len();
-    let mut parts = vec![Sums::new(classes); PARTS];
+    let mut parts = vec![CovarianceSums::new(classes); PARTS];
     for (part, sums) in &tiles {
         parts[*part].add(sums);
     }
@@ -229,12 +229,12 @@ pub fn observed<O: Splitter>(
 }
 
 /// The sum of all parts.
-pub fn total(parts: &[Sums]) -> Sums {
+pub fn total(parts: &[CovarianceSums]) -> CovarianceSums {
     without(parts, None)
 }
 
-fn without(parts: &[Sums], left_out: Option<usize>) -> Sums {
-    let mut all = Sums::new(parts.first().map_or(0, |part| part.covariance.len()));
+fn without(parts: &[CovarianceSums], left_out: Option<usize>) -> CovarianceSums {
+    let mut all = CovarianceSums::new(parts.first().map_or(0, |part| part.covariance.len()));
     let kept = parts.iter().enumerate();
     for (_, part) in kept.filter(|(index, _)| Some(*index) != left_out) {
         all.add(part);
@@ -244,22 +244,22 @@ fn without(parts: &[Sums], left_out: Option<usize>) -> Sums {
 
 /// Computes the shares, with the jackknife over parts of the image. The classes from 0 up to `light` together have all
 /// light. `None` without variance.
-pub fn shares(parts: &[Sums], light: usize) -> Option<Shares> {
+pub fn shares(parts: &[CovarianceSums], light: usize) -> Option<ClassShares> {
     let all = total(parts);
     if all.variance <= 0.0 || all.pixels == 0 {
         return None;
     }
     // A small image has fewer tiles than parts.
     let seen = (0..parts.len()).filter(|&part| parts[part].pixels > 0);
-    let leaving: Vec<Sums> = seen.map(|part| without(parts, Some(part))).collect();
+    let leaving: Vec<CovarianceSums> = seen.map(|part| without(parts, Some(part))).collect();
     let light: f64 = all.energy[..light].iter().sum();
     let class = |k: usize| {
-        let share = |sums: &Sums| sums.covariance[k] / sums.variance;
+        let share = |sums: &CovarianceSums| sums.covariance[k] / sums.variance;
         let value = share(&all);
         let count = leaving.len() as f64;
         let squares = leaving.iter().map(|sums| (share(sums) - value).powi(2));
         let squares: f64 = squares.filter(|square| square.is_finite()).sum();
-        Share {
+        ErrorShare {
             variance: value,
             variance_error: match leaving.len() {
                 // Of a single part nothing is known but its value.
@@ -269,7 +269,7 @@ pub fn shares(parts: &[Sums], light: usize) -> Option<Shares> {
             energy: all.energy[k] / light,
         }
     };
-    Some(Shares {
+    Some(ClassShares {
         variance: all.variance / (3 * all.pixels) as f64,
         classes: (0..all.covariance.len()).map(class).collect(),
     })

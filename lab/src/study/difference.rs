@@ -16,7 +16,7 @@ use serde::Serialize;
 
 /// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
+pub struct UncertainNumber {
     /// The number.
     pub value: f64,
     /// Its standard error; 0 for exact numbers.
@@ -51,7 +51,7 @@ pub struct MeanDifference {
 
 impl Difference {
     /// Adds one pair, whose standard errors have `freedom` degrees of freedom.
-    pub fn push(&mut self, a: Estimate, b: Estimate, freedom: f64) {
+    pub fn push(&mut self, a: UncertainNumber, b: UncertainNumber, freedom: f64) {
         self.count += 1;
         self.a += a.value;
         self.b += b.value;
@@ -159,8 +159,8 @@ mod tests {
 
     const BATCHES: usize = 16;
 
-    fn exact(value: f64) -> Estimate {
-        Estimate {
+    fn exact(value: f64) -> UncertainNumber {
+        UncertainNumber {
             value,
             standard_error: 0.0,
         }
@@ -174,7 +174,7 @@ mod tests {
         };
         let mut estimate = |mean: f64, sigma: f64| {
             let batches = Moments::of((0..BATCHES).map(|_| mean + sigma * normal()));
-            Estimate {
+            UncertainNumber {
                 value: batches.mean(),
                 standard_error: batches.standard_error().expect("there are several"),
             }
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn degrees_of_freedom_are_exact_for_one_and_for_many_pairs() {
-        let noisy = Estimate {
+        let noisy = UncertainNumber {
             value: 1.0,
             standard_error: 0.1,
         };

@@ -49,7 +49,7 @@ pub struct EffectCost {
 
 /// The costs of all effects of a scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Costs {
+pub struct EffectCosts {
     /// The effects that are on.
     pub effects: Vec<EffectCost>,
     /// Time of the kernel with all effects over that of the selected kernel.
@@ -66,10 +66,10 @@ pub fn effect_costs(
     settings: &CostSettings,
     observer: &dyn RenderObserver,
     mut done: impl FnMut(f64),
-) -> Result<Option<Costs>> {
+) -> Result<Option<EffectCosts>> {
     let scene = prepare(description, settings.accel)?.scene;
     let filter = Filter::new(&description.film.filter);
-    let bench = Bench {
+    let bench = EffectBench {
         scene: &scene,
         filter: &filter,
         size: description.film.size,
@@ -95,7 +95,7 @@ pub fn effect_costs(
         effects.push(cost(effect, &pairs));
         done((index as f64 + 2.0) / steps);
     }
-    Ok(Some(Costs {
+    Ok(Some(EffectCosts {
         effects,
         everything,
     }))
@@ -108,7 +108,7 @@ struct RenderCost {
     luminance: f64,
 }
 
-struct Bench<'a> {
+struct EffectBench<'a> {
     scene: &'a Scene,
     filter: &'a Filter,
     size: (u32, u32),
@@ -116,7 +116,7 @@ struct Bench<'a> {
     observer: &'a dyn RenderObserver,
 }
 
-impl Bench<'_> {
+impl EffectBench<'_> {
     /// Renders the scene and another one in turn; `None` if cancelled.
     fn pairs(&self, other: &Scene, kernel: Option<Kernel>) -> Result<Option<Vec<[RenderCost; 2]>>> {
         let mut pairs = Vec::new();

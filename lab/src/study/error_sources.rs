@@ -5,7 +5,7 @@
 //! Range: integrators that report their paths. Objects beyond the hundredth of each kind are counted together.
 //! Source: `covariance.rs`. Tested in `cli/tests/command/price.rs` and below.
 
-use super::covariance::{Share, Splits, Splitter, Sums, observed, shares};
+use super::covariance::{CovarianceSums, ErrorShare, Splits, Splitter, observed, shares};
 use super::prepared_scene::PreparedScene;
 use super::reference::References;
 use super::variance::{PathShares, path_shares};
@@ -32,14 +32,14 @@ pub struct ErrorSources {
     /// By length and technique of the paths.
     pub paths: PathShares,
     /// By the material that scattered the light last, the largest share first.
-    pub materials: Vec<Named>,
+    pub materials: Vec<ObjectShare>,
     /// By the light, the largest share first.
-    pub lights: Vec<Named>,
+    pub lights: Vec<ObjectShare>,
 }
 
 /// The share of one object.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Named {
+pub struct ObjectShare {
     /// Its name in the scene.
     pub name: String,
     /// Its share of the variance.
@@ -98,15 +98,15 @@ impl Names {
         self.materials.len() + self.lights.len()
     }
 
-    fn named(&self, shares: &[Share]) -> [Vec<Named>; 2] {
+    fn named(&self, shares: &[ErrorShare]) -> [Vec<ObjectShare>; 2] {
         let (materials, lights) = shares.split_at(self.materials.len());
-        let named = |names: &[String], shares: &[Share]| {
+        let named = |names: &[String], shares: &[ErrorShare]| {
             let pairs = names
                 .iter()
                 .zip(shares)
                 .filter(|(_, share)| share.energy != 0.0);
-            let mut all: Vec<Named> = pairs
-                .map(|(name, share)| Named {
+            let mut all: Vec<ObjectShare> = pairs
+                .map(|(name, share)| ObjectShare {
                     name: name.clone(),
                     variance: share.variance,
                     variance_error: share.variance_error,
@@ -205,7 +205,7 @@ impl Objects<'_> {
 }
 
 impl Splitter for Objects<'_> {
-    fn into_sums(self) -> Sums {
+    fn into_sums(self) -> CovarianceSums {
         self.splits.sums
     }
 }

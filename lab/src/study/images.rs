@@ -11,8 +11,8 @@ use super::reference::References;
 use super::report::LevelReport;
 use super::run::Study;
 use super::runner::{Purpose, seed_for};
-use super::settings::Watch;
-use super::shown_images::{AtTime, EXAMPLES, Shown, TIMES, relative_standard_errors};
+use super::settings::StudyClock;
+use super::shown_images::{AtTime, EXAMPLES, ImageWithError, TIMES, relative_standard_errors};
 use super::summary::{Summary, summaries};
 use super::tiles;
 use etendue::Result;
@@ -43,7 +43,7 @@ impl Study<'_> {
     pub(super) fn bars(
         &mut self,
         references: &References,
-        watch: &Watch<'_>,
+        watch: &StudyClock<'_>,
     ) -> Result<Option<()>> {
         for (index, variant) in self.settings.variants.iter().enumerate() {
             let longest = self.report.variants[index].levels.last();
@@ -136,7 +136,7 @@ impl Study<'_> {
         let pairs = found.iter().zip(levels);
         let pairs = pairs.filter_map(|((index, _), level)| Some((*index, (*level)?)));
         let shown = pairs.map(|pair| self.shown(pair, references, compared));
-        let shown = shown.collect::<Result<Vec<Shown>>>()?;
+        let shown = shown.collect::<Result<Vec<ImageWithError>>>()?;
         if !shown.is_empty() {
             self.report.images.at_times.push(AtTime { seconds, shown });
         }
@@ -157,10 +157,10 @@ impl Study<'_> {
         (variant, level): (usize, usize),
         references: &References,
         compared: &ComparedRenders<'_>,
-    ) -> Result<Shown> {
+    ) -> Result<ImageWithError> {
         let image = &compared.images[variant][level][0];
         let level = &self.report.variants[variant].levels[level];
-        Ok(Shown {
+        Ok(ImageWithError {
             variant,
             spp: level.spp,
             seconds: level.runs[0].seconds.wall,

@@ -12,7 +12,7 @@ use super::report::LevelReport;
 use super::run::Study;
 use super::runner::{Purpose, seed_for};
 use super::schedule::Schedule;
-use super::settings::Watch;
+use super::settings::StudyClock;
 use etendue::internals::image::Image;
 use etendue::{Error, Result};
 use std::rc::Rc;
@@ -37,7 +37,7 @@ const SHRINKING: f64 = 0.7;
 const COMPARISONS: f64 = 16.0;
 
 /// The measured costs, in units of the minimum number of samples of each integrator.
-pub(super) struct Costs {
+pub(super) struct MeasuredCosts {
     /// Of each variant, with the comparison with the references.
     pub laws: Vec<TimeLaw>,
     reference: TimeLaw,
@@ -45,7 +45,7 @@ pub(super) struct Costs {
     points: Vec<Vec<[f64; 2]>>,
 }
 
-impl Costs {
+impl MeasuredCosts {
     /// The largest size, at most `size`, with enough doublings in this many seconds, or the smallest allowed one. The costs
     /// are those at `size`.
     fn fitting_size(&self, size: (u32, u32), seconds: f64, shards: u64) -> (u32, u32) {
@@ -74,7 +74,10 @@ impl Costs {
 
 impl Study<'_> {
     /// Measures the cost of renders and plans them; `None` if it was cancelled.
-    pub(super) fn plan(&mut self, watch: &Watch<'_>) -> Result<Option<(Costs, Schedule)>> {
+    pub(super) fn plan(
+        &mut self,
+        watch: &StudyClock<'_>,
+    ) -> Result<Option<(MeasuredCosts, Schedule)>> {
         let Some(mut costs) = self.warm_up(watch)? else {
             return Ok(None);
         };
@@ -117,7 +120,7 @@ impl Study<'_> {
 
     /// Measures the cost of each variant and of the reference. The first render of each warms up the caches and is
     /// discarded.
-    fn warm_up(&mut self, watch: &Watch<'_>) -> Result<Option<Costs>> {
+    fn warm_up(&mut self, watch: &StudyClock<'_>) -> Result<Option<MeasuredCosts>> {
         let reference = self.reference_variant();
         let variants = self.settings.variants.iter().chain([&reference]);
         let share = WARM_UP.0 * self.settings.budget;
@@ -163,14 +166,14 @@ impl Study<'_> {
             law.start += comparison;
         }
         all_points.pop();
-        Ok(Some(Costs {
+        Ok(Some(MeasuredCosts {
             laws,
             reference,
             points: all_points,
         }))
     }
 
-    fn schedule(&mut self, costs: &Costs, watch: &Watch<'_>) -> Result<Schedule> {
+    fn schedule(&mut self, costs: &MeasuredCosts, watch: &StudyClock<'_>) -> Result<Schedule> {
         let (width, height) = self.prepared.size();
         let schedule = match &self.settings.schedule {
             Some(given) => Ok(given.clone()),
@@ -238,9 +241,9 @@ mod tests {
     use super::*;
 
     /// Renders of 640 x 480 pixels, each sample of which takes this many seconds.
-    fn costs(sample: f64) -> Costs {
+    fn costs(sample: f64) -> MeasuredCosts {
         let law = TimeLaw { start: 0.0, sample };
-        Costs {
+        MeasuredCosts {
             laws: vec![law; 2],
             reference: law,
             points: Vec::new(),

@@ -9,7 +9,7 @@ use super::reference::References;
 use super::report::ReferenceReport;
 use super::run::Study;
 use super::runner::{Purpose, luminance, seed_for};
-use super::settings::Watch;
+use super::settings::StudyClock;
 use super::variant::Variant;
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
@@ -48,7 +48,7 @@ impl Study<'_> {
         &self,
         spp: u64,
         shard: u64,
-        watch: &Watch<'_>,
+        watch: &StudyClock<'_>,
     ) -> Result<Option<ReferenceRenders>> {
         let variant = self.reference_variant();
         let spp = spp * variant.settings.least_samples();

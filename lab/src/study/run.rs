@@ -13,7 +13,7 @@ use super::reference::References;
 use super::report::{StudyReport, VariantStudy};
 use super::runner::{Purpose, Runner, seed_for};
 use super::schedule::{COST_SOURCES, Schedule};
-use super::settings::{StudyObserver, StudySettings, Watch};
+use super::settings::{StudyClock, StudyObserver, StudySettings};
 use super::variant::Variant;
 use etendue::Result;
 use etendue::internals::scene::description::SceneDescription;
@@ -32,7 +32,7 @@ pub fn run(
     start: Instant,
     observer: &dyn StudyObserver,
 ) -> Result<StudyReport> {
-    let mut watch = Watch::new(start, observer, settings);
+    let mut watch = StudyClock::new(start, observer, settings);
     let (prepared, settings) = settled(description, settings, &mut watch)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     let finished = study.all(&mut watch)?;
@@ -46,7 +46,7 @@ pub fn run(
 pub(super) fn settled(
     description: &SceneDescription,
     settings: &StudySettings,
-    watch: &mut Watch<'_>,
+    watch: &mut StudyClock<'_>,
 ) -> Result<(PreparedScene, StudySettings)> {
     watch.begin("preparing the scene");
     let options = settings.variants.iter().map(|variant| variant.options);
@@ -133,13 +133,13 @@ impl<'a> Study<'a> {
     }
 
     /// The report of a study that has ended, `None` as its outcome if it was cancelled.
-    pub(super) fn ended(mut self, outcome: Option<()>, watch: &Watch<'_>) -> StudyReport {
+    pub(super) fn ended(mut self, outcome: Option<()>, watch: &StudyClock<'_>) -> StudyReport {
         self.report.complete = outcome.is_some();
         self.publish(watch);
         self.report
     }
 
-    fn all(&mut self, watch: &mut Watch<'_>) -> Result<Option<()>> {
+    fn all(&mut self, watch: &mut StudyClock<'_>) -> Result<Option<()>> {
         watch.begin("measuring the cost of renders");
         let Some((costs, schedule)) = self.plan(watch)? else {
             return Ok(None);
@@ -188,7 +188,7 @@ impl<'a> Study<'a> {
         compared: ComparedRenders<'_>,
         references: &References,
         laws: &[TimeLaw],
-        watch: &mut Watch<'_>,
+        watch: &mut StudyClock<'_>,
     ) -> Result<Option<()>> {
         self.tiles(references, &compared);
         self.show_images(references, &compared)?;
@@ -202,7 +202,7 @@ impl<'a> Study<'a> {
         self.cost_sources(references, laws, watch)
     }
 
-    pub(super) fn publish(&mut self, watch: &Watch<'_>) {
+    pub(super) fn publish(&mut self, watch: &StudyClock<'_>) {
         self.report.seconds = watch.elapsed();
         watch.report(&self.report);
     }

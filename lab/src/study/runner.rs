@@ -12,7 +12,7 @@ use super::clock::Seconds;
 use super::fit::TimeLaw;
 use super::prepared_scene::PreparedScene;
 use super::schedule::{Schedule, Task};
-use super::settings::{StudySettings, Watch};
+use super::settings::{StudyClock, StudySettings};
 use etendue::Result;
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
@@ -79,7 +79,7 @@ pub struct LevelRender {
 pub struct Runner<'a> {
     settings: &'a StudySettings,
     prepared: &'a PreparedScene,
-    watch: &'a Watch<'a>,
+    watch: &'a StudyClock<'a>,
     /// The shard of the study, from 0.
     shard: u64,
     /// The times of all renders, by variant and level.
@@ -91,7 +91,7 @@ impl<'a> Runner<'a> {
     pub fn new(
         settings: &'a StudySettings,
         prepared: &'a PreparedScene,
-        watch: &'a Watch<'a>,
+        watch: &'a StudyClock<'a>,
         schedule: &Schedule,
         shard: u64,
     ) -> Self {

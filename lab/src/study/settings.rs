@@ -55,7 +55,7 @@ pub struct NullStudyObserver;
 impl StudyObserver for NullStudyObserver {}
 
 /// The clock of a study: the remaining budget, and the observer.
-pub struct Watch<'a> {
+pub struct StudyClock<'a> {
     observer: &'a dyn StudyObserver,
     start: Instant,
     budget: f64,
@@ -64,7 +64,7 @@ pub struct Watch<'a> {
     what: String,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> StudyClock<'a> {
     /// A clock that runs since `start`.
     pub fn new(start: Instant, observer: &'a dyn StudyObserver, settings: &StudySettings) -> Self {
         Self {
@@ -107,7 +107,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-impl RenderObserver for Watch<'_> {
+impl RenderObserver for StudyClock<'_> {
     fn progress(&self, _progress: &Progress) {
         self.report_progress();
     }

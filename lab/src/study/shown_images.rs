@@ -16,7 +16,7 @@ pub struct ShownImages {
     /// The variants after certain times.
     pub at_times: Vec<AtTime>,
     /// Images with about the errors of [`EXAMPLES`], by any variant without bias, as far as there are any.
-    pub examples: Vec<Shown>,
+    pub examples: Vec<ImageWithError>,
     /// The relative standard error of each pixel, by variant.
     pub standard_errors: Vec<(usize, Vec<f64>)>,
 }
@@ -33,12 +33,12 @@ pub struct AtTime {
     /// That time in seconds, at the scene's own size.
     pub seconds: f64,
     /// The images.
-    pub shown: Vec<Shown>,
+    pub shown: Vec<ImageWithError>,
 }
 
 /// An image with its error.
 #[derive(Debug, Clone)]
-pub struct Shown {
+pub struct ImageWithError {
     /// Index of the variant.
     pub variant: usize,
     /// Samples per pixel.

@@ -4,7 +4,7 @@
 //! Range: numbers of at least 0; others are errors. An image without the layers has none.
 //! Source: the layers of `render --layers`. Tested in `study/bias_test.rs`.
 
-use super::difference::Estimate;
+use super::difference::UncertainNumber;
 use etendue::internals::image::LayeredImage;
 use etendue::{Error, Result};
 
@@ -55,10 +55,10 @@ impl<'a> Bars<'a> {
     }
 
     /// The value of a channel of a pixel, with its standard error.
-    pub fn estimate(&self, index: usize, channel: usize) -> Estimate {
+    pub fn estimate(&self, index: usize, channel: usize) -> UncertainNumber {
         let value = self.image.image.pixels()[index].to_array()[channel];
         let standard_error = self.errors.map_or(0.0, |errors| errors[channel][index]);
-        Estimate {
+        UncertainNumber {
             value: value.into(),
             standard_error: standard_error.into(),
         }

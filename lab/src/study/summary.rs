@@ -4,7 +4,7 @@
 //! Range: at least two levels with two renders each.
 //! Source: docs/accuracy.md, "The study". Tested below and in `lab/tests/reports/study.rs`.
 
-use super::answer::{Answer, Facts};
+use super::answer::{Answer, AnswerInput};
 use super::bias::Bias;
 use super::bootstrap::{Dealer, Ranged};
 use super::efficiency::Efficiency;
@@ -175,7 +175,7 @@ fn summary(
     let own_size = study.own_size.filter(|_| pixels != own_pixels);
     let (own_time, own_margin) = own_size.map_or((converted, 0.0), |own| (own.law, own.margin));
     let law = curve.law();
-    let facts = Facts {
+    let facts = AnswerInput {
         curve: &curve,
         law,
         bias: &bias,

@@ -9,7 +9,7 @@ use super::run::Study;
 use super::runner::{Purpose, seed_for};
 use super::scaling::Scaling;
 use super::schedule::SCALING;
-use super::settings::Watch;
+use super::settings::StudyClock;
 use etendue::Result;
 
 /// The minimum and the maximum number of pairs of renders, with one thread and with all.
@@ -18,7 +18,11 @@ const ROUNDS: [u64; 2] = [4, 12];
 impl Study<'_> {
     /// Measures the gain by threads with the first variant, if times for another number of them were requested; `None`
     /// if it was cancelled.
-    pub(super) fn scaling(&mut self, laws: &[TimeLaw], watch: &Watch<'_>) -> Result<Option<()>> {
+    pub(super) fn scaling(
+        &mut self,
+        laws: &[TimeLaw],
+        watch: &StudyClock<'_>,
+    ) -> Result<Option<()>> {
         let Some((threads, (law, variant))) = self
             .settings
             .for_threads

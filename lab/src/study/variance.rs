@@ -7,7 +7,7 @@
 //! points save is not included, nor is that of light paths beside camera paths.
 //! Source: `covariance.rs`. Tested below and in `lab/tests/reports/study.rs`.
 
-use super::covariance::{Share, Splits, Splitter, Sums, observed, shares, total};
+use super::covariance::{CovarianceSums, ErrorShare, Splits, Splitter, observed, shares, total};
 use super::prepared_scene::PreparedScene;
 use super::reference::References;
 use super::variant::Variant;
@@ -105,9 +105,9 @@ pub fn path_shares(
     path_shares_of(&parts, spp)
 }
 
-fn path_shares_of(parts: &[Sums], spp: u64) -> Option<PathShares> {
+fn path_shares_of(parts: &[CovarianceSums], spp: u64) -> Option<PathShares> {
     let shares = shares(parts, CLASSES)?;
-    let class = |(k, share): (usize, &Share)| ClassShare {
+    let class = |(k, share): (usize, &ErrorShare)| ClassShare {
         bounces: k.div_ceil(2),
         found: match k {
             0 => LightFoundBy::Seen,
@@ -152,7 +152,7 @@ impl Lengths {
 }
 
 impl Splitter for Lengths {
-    fn into_sums(self) -> Sums {
+    fn into_sums(self) -> CovarianceSums {
         self.splits.sums
     }
 }
@@ -233,7 +233,7 @@ mod tests {
             splitter.into_sums()
         };
         let empty = || Lengths::new(4, vec![]).into_sums();
-        let error = |parts: &[Sums]| {
+        let error = |parts: &[CovarianceSums]| {
             let shares = path_shares_of(parts, 4).expect("it has variance");
             shares.classes[0].variance_error
         };

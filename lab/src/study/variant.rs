@@ -14,7 +14,7 @@ use serde::Serialize;
 
 /// One value of one setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Choice {
+pub enum SettingValue {
     /// The integrator.
     Integrator(IntegratorKind),
     /// The sampler.
@@ -33,7 +33,7 @@ pub enum Choice {
     MaxBounces(Option<u32>),
 }
 
-impl Choice {
+impl SettingValue {
     /// The name of the setting.
     pub fn setting(self) -> &'static str {
         match self {
@@ -87,17 +87,17 @@ impl Variant {
     }
 
     /// This variant with another value of a setting.
-    fn with(&self, choice: Choice) -> Self {
+    fn with(&self, choice: SettingValue) -> Self {
         let mut changed = self.clone();
         match choice {
-            Choice::Integrator(integrator) => changed.settings.integrator = integrator,
-            Choice::Sampler(sampler) => changed.settings.sampler = sampler,
-            Choice::Backend(backend) => changed.options.backend = backend,
-            Choice::Precision(precision) => changed.options.precision = precision,
-            Choice::LightPaths(rule) => changed.settings.light_paths = rule,
-            Choice::Reuse(rule) => changed.settings.reuse = rule,
-            Choice::Kernel(kernel) => changed.settings.kernel = Some(kernel),
-            Choice::MaxBounces(limit) => changed.settings.max_bounces = limit,
+            SettingValue::Integrator(integrator) => changed.settings.integrator = integrator,
+            SettingValue::Sampler(sampler) => changed.settings.sampler = sampler,
+            SettingValue::Backend(backend) => changed.options.backend = backend,
+            SettingValue::Precision(precision) => changed.options.precision = precision,
+            SettingValue::LightPaths(rule) => changed.settings.light_paths = rule,
+            SettingValue::Reuse(rule) => changed.settings.reuse = rule,
+            SettingValue::Kernel(kernel) => changed.settings.kernel = Some(kernel),
+            SettingValue::MaxBounces(limit) => changed.settings.max_bounces = limit,
         }
         if !changed.name.is_empty() {
             changed.name += ", ";
@@ -107,8 +107,8 @@ impl Variant {
     }
 
     /// All combinations of the choices, those of each setting in the order given; the first setting changes last.
-    pub fn all(base: &Self, choices: &[Choice]) -> Vec<Self> {
-        let mut settings: Vec<(&str, Vec<Choice>)> = Vec::new();
+    pub fn all(base: &Self, choices: &[SettingValue]) -> Vec<Self> {
+        let mut settings: Vec<(&str, Vec<SettingValue>)> = Vec::new();
         for &choice in choices {
             let name = choice.setting();
             match settings.iter_mut().find(|(known, _)| *known == name) {
@@ -185,16 +185,16 @@ mod tests {
             threads: 1,
         };
         let base = Variant::new(RenderSettings::new((4, 4), 1), options);
-        let names = |choices: &[Choice]| {
+        let names = |choices: &[SettingValue]| {
             let all = Variant::all(&base, choices);
             all.into_iter().map(|v| v.name).collect::<Vec<_>>()
         };
         let choices = [
-            Choice::Integrator(IntegratorKind::Bsdf),
-            Choice::MaxBounces(Some(1)),
-            Choice::Integrator(IntegratorKind::Path),
-            Choice::MaxBounces(None),
-            Choice::Integrator(IntegratorKind::Bsdf),
+            SettingValue::Integrator(IntegratorKind::Bsdf),
+            SettingValue::MaxBounces(Some(1)),
+            SettingValue::Integrator(IntegratorKind::Path),
+            SettingValue::MaxBounces(None),
+            SettingValue::Integrator(IntegratorKind::Bsdf),
         ];
         let expected = [
             "bsdf, 1 bounce",

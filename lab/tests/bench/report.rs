@@ -16,13 +16,13 @@ use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::render::{NullRenderObserver, observe_tile};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
-use etendue_lab::bench::overhead::Floor;
-use etendue_lab::bench::parts::{Part, parts};
+use etendue_lab::bench::overhead::TracingFloor;
+use etendue_lab::bench::parts::{SamplePart, parts};
 use etendue_lab::bench::record::record;
 use etendue_lab::bench::report::BenchReport;
 use etendue_lab::bench::run;
 use etendue_lab::bench::settings::{BenchObserver, BenchSettings, GivenScene, NullBenchObserver};
-use etendue_lab::bench::subject::Subject;
+use etendue_lab::bench::subject::BenchedRender;
 use etendue_lab::bench::target::Target;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Mutex;
@@ -50,8 +50,8 @@ impl Small {
         }
     }
 
-    fn subject(&self) -> Subject<'_> {
-        Subject {
+    fn subject(&self) -> BenchedRender<'_> {
+        BenchedRender {
             scene: &self.scene,
             filter: &self.filter,
             size: (24, 16),
@@ -246,7 +246,7 @@ fn sample_time_parts_sum_to_the_total() {
     let small = Small::new(2, SamplerKind::Independent);
     let parts = parts(&small.subject(), 500, 1234.5);
     let names: Vec<&str> = parts.iter().map(|part| part.part).collect();
-    let all: Vec<&str> = Part::ALL.iter().map(|part| part.name()).collect();
+    let all: Vec<&str> = SamplePart::ALL.iter().map(|part| part.name()).collect();
     assert_eq!(names, all);
     let sum: f64 = parts.iter().map(|part| part.nanoseconds).sum();
     assert!((sum / 1234.5 - 1.0).abs() < 1e-9, "{sum}");
@@ -409,10 +409,10 @@ fn floor_is_none_without_embree_timings() {
     let [_, target, ..] = Target::all(&[Backend::ObvhsBvh2])[..] else {
         panic!("a backend has four targets");
     };
-    assert!(Floor::of(target, &recording, &[]).is_none());
+    assert!(TracingFloor::of(target, &recording, &[]).is_none());
     // No floor either where a kind of rays was not timed.
     let target = Target::all(&[Backend::ALL[0]])[0];
-    assert!(Floor::of(target, &recording, &[]).is_none());
+    assert!(TracingFloor::of(target, &recording, &[]).is_none());
 }
 
 #[test]

@@ -11,7 +11,7 @@ use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
 use etendue::internals::scene::prepare::prepare;
-use etendue_lab::bench::closed::{Aim, ClosedMesh, Form};
+use etendue_lab::bench::closed::{Aim, ClosedForm, ClosedMesh};
 use etendue_lab::bench::leaks::leaks;
 use etendue_lab::bench::scenes::{SCENES, suzanne_room};
 use etendue_lab::bench::target::Target;
@@ -207,7 +207,7 @@ fn without_a_side(room: &ClosedMesh) -> Arc<World> {
 #[test]
 fn open_room_leaks_one_sixth_of_segments() {
     // The origins of segments are distributed as symmetrically as the room: each side fills a sixth of the sphere on average.
-    let room = ClosedMesh::new(Form::Room, 5, 1.0, 0.0);
+    let room = ClosedMesh::new(ClosedForm::Room, 5, 1.0, 0.0);
     let open = build(&without_a_side(&room));
     let segments = 200_000;
     let report = leaks(&room, Aim::Anywhere, (TARGET, &open), segments, 7, &never);
@@ -220,7 +220,7 @@ fn open_room_leaks_one_sixth_of_segments() {
 
 #[test]
 fn leak_counts_are_thread_independent_and_cancellable() {
-    let room = ClosedMesh::new(Form::Room, 2, 1.0, 0.0);
+    let room = ClosedMesh::new(ClosedForm::Room, 2, 1.0, 0.0);
     let open = build(&without_a_side(&room));
     let segments = 300_000;
     let on = |threads: usize| {

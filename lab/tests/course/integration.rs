@@ -10,7 +10,7 @@ use etendue_lab::course::monte_carlo::{
 };
 use etendue_lab::course::piecewise_linear::PiecewiseLinear;
 use etendue_lab::course::power::{pdf_power, sample_power};
-use etendue_lab::course::quadrature::{Estimate, Rule};
+use etendue_lab::course::quadrature::{CubatureResult, QuadratureRule};
 use std::cell::RefCell;
 use std::f64::consts::{E, FRAC_PI_2, FRAC_PI_4, FRAC_PI_6, PI};
 
@@ -31,45 +31,51 @@ fn quadrature_rules_are_exact_for_their_polynomials() {
     let cubic = |x: f64| x * x * x - 2.0 * x * x + 5.0;
     let (range, over_line, over_cubic) = ([-1.0, 3.0], 8.0, 20.0 - 2.0 * 28.0 / 3.0 + 20.0);
     for nodes in 2..=20 {
-        let by_lines = Rule::Trapezoid
+        let by_lines = QuadratureRule::Trapezoid
             .integrate(line, range, nodes)
             .expect("two nodes");
         assert!((by_lines - over_line).abs() < 1e-12, "{nodes}");
-        let by_parabolas = Rule::Simpson.integrate(cubic, range, nodes);
+        let by_parabolas = QuadratureRule::Simpson.integrate(cubic, range, nodes);
         assert_eq!(by_parabolas.is_some(), nodes % 2 == 1);
         assert!(
             (by_parabolas.unwrap_or(over_cubic) - over_cubic).abs() < 1e-12,
             "{nodes}"
         );
-        let cubic_by_lines = Rule::Trapezoid.integrate(cubic, range, nodes);
+        let cubic_by_lines = QuadratureRule::Trapezoid.integrate(cubic, range, nodes);
         assert!((cubic_by_lines.expect("two nodes") - over_cubic).abs() > 1e-3);
     }
     for nodes in [0, 1] {
-        assert_eq!(Rule::Trapezoid.integrate(line, range, nodes), None);
-        assert_eq!(Rule::Simpson.integrate(line, range, nodes), None);
+        assert_eq!(
+            QuadratureRule::Trapezoid.integrate(line, range, nodes),
+            None
+        );
+        assert_eq!(QuadratureRule::Simpson.integrate(line, range, nodes), None);
     }
 }
 
 /// The result of the composite rules for one factor of the products, with node spacing h, in closed form: sums of sines
 /// and of geometric series.
-fn factor_by_rule(rule: Rule, integrand: Integrand, h: f64) -> f64 {
+fn factor_by_rule(rule: QuadratureRule, integrand: Integrand, h: f64) -> f64 {
     let e = h.exp();
     match (rule, integrand) {
-        (Rule::Trapezoid, Integrand::Sine) => FRAC_PI_2 * h / (FRAC_PI_2 * h).tan(),
-        (Rule::Simpson, Integrand::Sine) => {
+        (QuadratureRule::Trapezoid, Integrand::Sine) => FRAC_PI_2 * h / (FRAC_PI_2 * h).tan(),
+        (QuadratureRule::Simpson, Integrand::Sine) => {
             // (4 T(h) - T(2 h)) / 3.
-            let lines = |h: f64| factor_by_rule(Rule::Trapezoid, integrand, h);
+            let lines = |h: f64| factor_by_rule(QuadratureRule::Trapezoid, integrand, h);
             (4.0 * lines(h) - lines(2.0 * h)) / 3.0
         }
-        (Rule::Trapezoid, _) => 0.5 * h * (e + 1.0) / (e - 1.0),
-        (Rule::Simpson, _) => h / 3.0 * (1.0 + 4.0 * e + e * e) / (e * e - 1.0),
+        (QuadratureRule::Trapezoid, _) => 0.5 * h * (e + 1.0) / (e - 1.0),
+        (QuadratureRule::Simpson, _) => h / 3.0 * (1.0 + 4.0 * e + e * e) / (e * e - 1.0),
     }
 }
 
 #[test]
 fn tensor_product_rules_match_per_axis_factors() {
     for dimension in 1..=12 {
-        for (rule, least) in [(Rule::Trapezoid, 2_usize), (Rule::Simpson, 3)] {
+        for (rule, least) in [
+            (QuadratureRule::Trapezoid, 2_usize),
+            (QuadratureRule::Simpson, 3),
+        ] {
             // Dimension 12 needs at least 2^12 and 3^12 calls.
             for calls in [1000, 4096, if dimension == 12 { 531_441 } else { 40_000 }] {
                 for integrand in [Integrand::Sine, Integrand::Exponential] {
@@ -95,14 +101,20 @@ fn tensor_product_rules_match_per_axis_factors() {
             }
         }
     }
-    assert_eq!(Rule::Trapezoid.integrate_cube(|_| 1.0, 0, 100), None);
-    assert_eq!(Rule::Simpson.integrate_cube(|_| 1.0, 3, 26), None);
+    assert_eq!(
+        QuadratureRule::Trapezoid.integrate_cube(|_| 1.0, 0, 100),
+        None
+    );
+    assert_eq!(QuadratureRule::Simpson.integrate_cube(|_| 1.0, 3, 26), None);
 }
 
 #[test]
 fn quadrature_error_converges_with_the_order_of_the_rule() {
     // Halving the spacing divides the error by 4 for the trapezoidal rule and by 16 for Simpson's, in every dimension.
-    for (rule, factor) in [(Rule::Trapezoid, 4.0), (Rule::Simpson, 16.0)] {
+    for (rule, factor) in [
+        (QuadratureRule::Trapezoid, 4.0),
+        (QuadratureRule::Simpson, 16.0),
+    ] {
         for dimension in 1..=3 {
             let error = |nodes: usize| {
                 let calls = nodes.pow(dimension);
@@ -129,7 +141,7 @@ fn stated_integrals_and_variances_match_quadrature() {
             // Simpson's rule loses its order for discontinuous integrands.
             let tolerance = if integrand.is_smooth() { 1e-8 } else { 2e-3 };
             let value = |f: &dyn Fn(&[f64]) -> f64| {
-                let estimate = Rule::Simpson.integrate_cube(f, dimension, 401 * 401);
+                let estimate = QuadratureRule::Simpson.integrate_cube(f, dimension, 401 * 401);
                 estimate.expect("enough calls").value
             };
             let integral = integrand.integral(dimension);
@@ -179,7 +191,7 @@ fn plain_monte_carlo_matches_exact_mean_and_variance() {
     }
 }
 
-type Integrator = fn(Integrand, u32, usize, &mut dyn FnMut() -> f64) -> Option<Estimate>;
+type Integrator = fn(Integrand, u32, usize, &mut dyn FnMut() -> f64) -> Option<CubatureResult>;
 
 const STRATIFIED: Integrator = |integrand, dimension, calls, uniform| {
     integrate_stratified(|x| integrand.eval(x), dimension, calls, &mut || uniform())

@@ -5,7 +5,7 @@ use crate::common::TestRng;
 use crate::common::chi_square::uniformity;
 use crate::common::verdict::{assert_mean, sidak};
 use etendue::internals::math::stats::Moments;
-use etendue_lab::course::metropolis::{Chain, Proposal};
+use etendue_lab::course::metropolis::{MarkovChain, Proposal};
 
 const CHAINS: u32 = 1 << 16;
 const PROPOSALS: [Proposal; 4] = [
@@ -20,8 +20,8 @@ fn ramp(x: f64) -> f64 {
     17.0 * x
 }
 
-fn chain(proposal: Proposal, start: f64) -> Chain<fn(f64) -> f64> {
-    Chain::new(ramp as fn(f64) -> f64, [0.0, 1.0], proposal, start).expect("a valid start")
+fn chain(proposal: Proposal, start: f64) -> MarkovChain<fn(f64) -> f64> {
+    MarkovChain::new(ramp as fn(f64) -> f64, [0.0, 1.0], proposal, start).expect("a valid start")
 }
 
 /// The p-value of the final states of independent chains of `steps` steps, if they follow the density 2 x.
@@ -126,7 +126,7 @@ fn chain_stays_in_domain_and_invalid_starts_are_rejected() {
             }
         }
     }
-    let start = |proposal, range, at| Chain::new(ramp, range, proposal, at).is_some();
+    let start = |proposal, range, at| MarkovChain::new(ramp, range, proposal, at).is_some();
     let step = |width| Proposal::Step { width };
     assert!(start(step(0.1), [0.0, 1.0], 1.0));
     for refused in [
@@ -137,14 +137,14 @@ fn chain_stays_in_domain_and_invalid_starts_are_rejected() {
         start(Proposal::Uniform, [1.0, 0.0], 0.5),
         start(step(0.0), [0.0, 1.0], 0.5),
         start(step(f64::INFINITY), [0.0, 1.0], 0.5),
-        Chain::new(|_| f64::INFINITY, [0.0, 1.0], Proposal::Uniform, 0.5).is_some(),
+        MarkovChain::new(|_| f64::INFINITY, [0.0, 1.0], Proposal::Uniform, 0.5).is_some(),
     ] {
         assert!(!refused);
     }
     // The chain never moves to where the density is NaN, infinite or negative.
     for hole in [f64::NAN, f64::INFINITY, -1.0] {
         let density = |x: f64| if x < 0.5 { 1.0 } else { hole };
-        let chain = Chain::new(density, [0.0, 1.0], Proposal::Uniform, 0.2);
+        let chain = MarkovChain::new(density, [0.0, 1.0], Proposal::Uniform, 0.2);
         let mut chain = chain.expect("a valid start");
         let mut rng = TestRng::new(31);
         assert!((0..1000).all(|_| chain.step(&mut || rng.uniform_f64()) < 0.5));

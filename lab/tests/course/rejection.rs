@@ -12,7 +12,7 @@ use etendue_lab::course::direction::{
 };
 use etendue_lab::course::disk::{DISK_IN_SQUARE, sample_disk_by_rejection};
 use etendue_lab::course::rejection::{
-    BoundingBox, MAX_TRIALS, Rejected, measure_efficiency, sample_density, sample_inside,
+    BoundingBox, MAX_TRIALS, RejectionFailure, measure_efficiency, sample_density, sample_inside,
 };
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
 
@@ -186,7 +186,7 @@ fn rejection_sampling_stops_if_nothing_is_accepted() {
     let mut uniform = || rng.uniform_f64();
     let unit = bounds::<1>(0.0, 1.0);
     let none = sample_density(&unit, |_| 0.0, 1.0, 1000, &mut uniform);
-    assert_eq!(none, Err(Rejected::All));
+    assert_eq!(none, Err(RejectionFailure::All));
     assert_eq!(sample_inside(&unit, |_| true, 0, &mut uniform), None);
     // A generator that always returns a corner of the box, or the centre, which has no direction.
     assert_eq!(
@@ -203,7 +203,7 @@ fn density_outside_its_bound_is_reported_as_an_error() {
     let unit = bounds::<1>(0.0, 1.0);
     for wrong in [1.5, -0.1, f64::NAN, f64::INFINITY] {
         let drawn = sample_density(&unit, |_| wrong, 1.0, 100, &mut || 0.25);
-        assert_eq!(drawn, Err(Rejected::OutOfBounds([0.25])), "{wrong}");
+        assert_eq!(drawn, Err(RejectionFailure::OutOfBounds([0.25])), "{wrong}");
     }
 }
 

@@ -2,7 +2,7 @@
 //! its numbers depend on nothing but the seed.
 
 use etendue_lab::lesson::page::{Finding, Page};
-use etendue_lab::lesson::topic::{LessonObserver, NullLessonObserver, Settings, Topic};
+use etendue_lab::lesson::topic::{LessonObserver, LessonSettings, NullLessonObserver, Topic};
 use etendue_lab::lesson::{TOPICS, run};
 use etendue_lab::plot::Plot;
 use etendue_lab::verdict::Verdict;
@@ -11,15 +11,15 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 /// The share of the full sample count; every verdict keeps its statistical power.
 const EFFORT: f64 = 0.1;
 
-fn settings(seed: u64) -> Settings {
-    Settings {
+fn settings(seed: u64) -> LessonSettings {
+    LessonSettings {
         seed,
         effort: EFFORT,
-        ..Settings::default()
+        ..LessonSettings::default()
     }
 }
 
-fn page(topic: &Topic, settings: &Settings) -> Page {
+fn page(topic: &Topic, settings: &LessonSettings) -> Page {
     let page = run(topic, settings, &NullLessonObserver).expect("the topic runs");
     page.expect("the lesson was not cancelled")
 }
@@ -106,7 +106,7 @@ fn numbers(page: &Page) -> Vec<(String, f64)> {
 fn results_depend_on_the_seed_but_not_on_thread_count() {
     let dice = topic("dice");
     let with = |seed: u64, threads: usize| {
-        let settings = Settings {
+        let settings = LessonSettings {
             threads,
             ..settings(seed)
         };
@@ -124,19 +124,19 @@ fn results_depend_on_the_seed_but_not_on_thread_count() {
 #[test]
 fn out_of_range_settings_are_usage_errors() {
     for wrong in [
-        Settings {
+        LessonSettings {
             threads: 0,
             ..settings(0)
         },
-        Settings {
+        LessonSettings {
             effort: 0.0,
             ..settings(0)
         },
-        Settings {
+        LessonSettings {
             effort: 1.5,
             ..settings(0)
         },
-        Settings {
+        LessonSettings {
             effort: f64::NAN,
             ..settings(0)
         },

@@ -13,7 +13,7 @@ use etendue_lab::study::schedule::Schedule;
 use etendue_lab::study::settings::{NullStudyObserver, StudyObserver, StudySettings};
 use etendue_lab::study::summary::{Summary, summaries};
 use etendue_lab::study::variance::LightFoundBy;
-use etendue_lab::study::variant::{Choice, Variant};
+use etendue_lab::study::variant::{SettingValue, Variant};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
@@ -21,7 +21,11 @@ pub fn scene() -> SceneDescription {
     room(LAMP)
 }
 
-pub fn settings(choices: &[Choice], budget: f64, schedule: Option<Schedule>) -> StudySettings {
+pub fn settings(
+    choices: &[SettingValue],
+    budget: f64,
+    schedule: Option<Schedule>,
+) -> StudySettings {
     let options = AccelOptions {
         backend: Backend::ALL[0],
         precision: Precision::Robust,
@@ -73,7 +77,7 @@ fn study_detects_bias_and_ranks_integrators_by_efficiency() {
         IntegratorKind::Bsdf,
         IntegratorKind::DirectDirectional,
     ];
-    let choices = integrators.map(Choice::Integrator);
+    let choices = integrators.map(SettingValue::Integrator);
     let mut settings = settings(&choices, 8.0, Some(fixed(3)));
     for variant in &mut settings.variants {
         variant.settings.sampler = SamplerKind::Independent;
@@ -134,7 +138,7 @@ fn study_detects_bias_and_ranks_integrators_by_efficiency() {
 
 #[test]
 fn error_bars_cover_the_reference_and_path_shares_sum_to_one() {
-    let choices = [IntegratorKind::Path, IntegratorKind::Bsdf].map(Choice::Integrator);
+    let choices = [IntegratorKind::Path, IntegratorKind::Bsdf].map(SettingValue::Integrator);
     let mut settings = settings(&choices, 20.0, Some(fixed(2)));
     settings.schedule = Some(Schedule {
         reference_spp: 4096,
@@ -314,7 +318,7 @@ fn cancelled_study_is_marked_incomplete_and_keeps_results() {
 
 #[test]
 fn every_target_error_has_a_time_estimate() {
-    let choices = [SamplerKind::Independent, SamplerKind::Sobol].map(Choice::Sampler);
+    let choices = [SamplerKind::Independent, SamplerKind::Sobol].map(SettingValue::Sampler);
     let report = study(&settings(&choices, 8.0, Some(fixed(2))));
     for (_, summary) in summaries(&report) {
         assert_eq!(summary.answers.len(), 5);

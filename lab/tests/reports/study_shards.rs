@@ -10,7 +10,7 @@ use etendue_lab::study::schedule::Schedule;
 use etendue_lab::study::settings::{NullStudyObserver, StudyObserver, StudySettings};
 use etendue_lab::study::shards::{StudyPart, StudyPlan, merge, plan, render};
 use etendue_lab::study::summary::summaries;
-use etendue_lab::study::variant::Choice;
+use etendue_lab::study::variant::SettingValue;
 use std::collections::HashSet;
 use std::path::Path;
 use std::time::Instant;
@@ -19,7 +19,7 @@ const SIZE: (u32, u32) = (16, 16);
 
 /// Two variants in a schedule by which the images depend only on the seed.
 fn two_variants(shards: u64) -> StudySettings {
-    let samplers = [SamplerKind::Independent, SamplerKind::Sobol].map(Choice::Sampler);
+    let samplers = [SamplerKind::Independent, SamplerKind::Sobol].map(SettingValue::Sampler);
     let schedule = Schedule {
         reference_spp: 64,
         seeds: vec![vec![3, 2, 2]; 2],

@@ -27,7 +27,7 @@ use super::{AccelOptions, Hit, Precision, PrimitiveId};
 use crate::error::Result;
 use crate::geometry::Geometry;
 use crate::geometry::mesh::triangle_point;
-use crate::geometry::placed::Placed;
+use crate::geometry::placed::PlacedShape;
 use crate::geometry::world::World;
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
@@ -198,7 +198,7 @@ impl EmbreeAccel {
 }
 
 /// Checks a hit on a shape of an instance, against the triangle in world space.
-fn check_placed(placed: &Placed, ray: &Ray, hit: Hit) -> Option<Hit> {
+fn check_placed(placed: &PlacedShape, ray: &Ray, hit: Hit) -> Option<Hit> {
     let Geometry::Mesh(mesh) = placed.geometry else {
         return Some(hit);
     };

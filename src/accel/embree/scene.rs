@@ -11,7 +11,7 @@ use super::device::Device;
 use crate::accel::lanes::{RayHitLanes, RayLanes};
 use crate::accel::{AccelOptions, Precision, Quality};
 use crate::error::{Error, Result};
-use crate::geometry::mesh::{Mesh, Vertex};
+use crate::geometry::mesh::{Mesh, MeshVertex};
 use crate::math::lanes::ActiveLanes;
 use embree4_sys::*;
 use std::ptr;
@@ -68,7 +68,7 @@ impl Scene {
                 RTC_FORMAT_FLOAT3,
                 mesh.vertices().as_ptr().cast(),
                 0,
-                size_of::<Vertex>(),
+                size_of::<MeshVertex>(),
                 mesh.vertices().len(),
             );
             rtcSetSharedGeometryBuffer(

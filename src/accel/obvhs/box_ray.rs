@@ -48,7 +48,7 @@ pub struct BoxRay {
 
 /// The mapping of parameters of a ray to those of its [`BoxRay`].
 #[derive(Debug, Clone, Copy)]
-pub enum Parameter {
+pub enum RayParameter {
     /// The parameters are equal.
     Same,
     /// The parameters count from `start` on, in multiples of `unit`.
@@ -63,7 +63,7 @@ pub enum Parameter {
 impl BoxRay {
     /// Creates the box ray that is tested from the parameter `start` on, and the mapping of its parameters.
     #[inline]
-    pub fn new(ray: &DRay, start: f64) -> (Self, Parameter) {
+    pub fn new(ray: &DRay, start: f64) -> (Self, RayParameter) {
         let exponent_bits = f64::INFINITY.to_bits();
         let unit = f64::from_bits(ray.dir.abs().max_element().to_bits() & exponent_bits);
         let unit = if unit > 0.0 { unit } else { 1.0 };
@@ -72,7 +72,7 @@ impl BoxRay {
         let entries = dir.abs().max(DVec3::splat(SMALLEST_ENTRY)).as_vec3a();
         let small = dir.abs().cmple(DVec3::splat(SMALLEST_ENTRY));
         let slack = DVec3::select(small, DVec3::splat(SLACK_ALONG.into()), DVec3::ZERO);
-        let parameter = Parameter::Scaled { start, unit };
+        let parameter = RayParameter::Scaled { start, unit };
         let query = Self {
             origin: (ray.origin + start * ray.dir).as_vec3a(),
             inverse: (1.0 / entries).copysign((dir + DVec3::ZERO).as_vec3a()),
@@ -87,7 +87,7 @@ impl BoxRay {
     /// Creates the box ray of a single-precision ray, tested from its start. The values are unchanged, unless an entry
     /// of the direction is very small or large.
     #[inline]
-    pub fn single(ray: &Ray) -> (Self, Parameter) {
+    pub fn single(ray: &Ray) -> (Self, RayParameter) {
         let entries = ray.dir.abs();
         let small = entries.cmplt(Vec3A::splat(SMALLEST_PLAIN_ENTRY));
         let large = entries.cmpgt(Vec3A::splat(1.0 / SMALLEST_PLAIN_ENTRY));
@@ -102,17 +102,17 @@ impl BoxRay {
             t_min: ray.t_min,
             t_max: ray.t_max.min(f32::MAX),
         };
-        (query, Parameter::Same)
+        (query, RayParameter::Same)
     }
 
     /// Handles directions with extreme entries; a separate function to keep the callers of the common case small.
     #[cold]
-    fn of_extremes(ray: &Ray) -> (Self, Parameter) {
+    fn of_extremes(ray: &Ray) -> (Self, RayParameter) {
         Self::new(&ray.into(), 0.0)
     }
 }
 
-impl Parameter {
+impl RayParameter {
     /// Returns the parameter of the box ray, rounded up by at most two roundings; finite.
     #[inline]
     pub fn high(self, t: f64) -> f32 {

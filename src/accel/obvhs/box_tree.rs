@@ -24,7 +24,7 @@ use std::time::Duration;
 
 /// The memory layout of the nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Layout {
+pub enum NodeLayout {
     /// Two children per node, each with its box in single precision.
     Binary,
     /// Eight children per node, with boxes of 8 bits per plane.
@@ -47,18 +47,18 @@ impl std::fmt::Debug for BoxTree {
 
 impl BoxTree {
     /// Builds a tree on rayon's current threads. Also returns the indices of the boxes in the order of the leaves.
-    pub fn build(boxes: &[Aabb], layout: Layout, quality: Quality) -> (Self, Vec<u32>) {
+    pub fn build(boxes: &[Aabb], layout: NodeLayout, quality: Quality) -> (Self, Vec<u32>) {
         let parameters = match quality {
             Quality::Medium => BvhBuildParams::medium_build(),
             Quality::High => BvhBuildParams::very_slow_build(),
         };
         let time = &mut Duration::default();
         match layout {
-            Layout::Binary => {
+            NodeLayout::Binary => {
                 let bvh = build_bvh2(boxes, parameters, time);
                 (Self::Binary(bvh.nodes), bvh.primitive_indices)
             }
-            Layout::Wide => {
+            NodeLayout::Wide => {
                 let bvh = build_cwbvh(boxes, parameters, time);
                 (Self::Wide(bvh.nodes), bvh.primitive_indices)
             }

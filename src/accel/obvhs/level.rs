@@ -9,7 +9,7 @@
 //! Source: none needed. Tested in `tests/tracing/rays.rs` and `tests/tracing/instance_rays.rs`.
 
 use super::box_ray::largest_coordinate;
-use super::box_tree::{BoxTree, Layout, widened};
+use super::box_tree::{BoxTree, NodeLayout, widened};
 use super::trace_ray::TraceRay;
 use crate::accel::{Hit, PrimitiveId, Quality};
 use crate::geometry::Geometry;
@@ -32,7 +32,7 @@ pub enum Item {
 #[derive(Debug, Clone, Copy)]
 pub struct TreeOptions {
     /// The memory layout of the nodes.
-    pub layout: Layout,
+    pub layout: NodeLayout,
     /// The effort spent on building.
     pub quality: Quality,
 }

@@ -26,7 +26,7 @@ use crate::geometry::world::World;
 use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
 use box_ray::clip;
-use box_tree::Layout;
+use box_tree::NodeLayout;
 use level::{Item, Level, TreeOptions};
 use std::sync::Arc;
 use trace_ray::{TraceRay, WatertightRay};
@@ -207,8 +207,8 @@ impl GroupAccel {
 fn tree_options(options: AccelOptions) -> TreeOptions {
     TreeOptions {
         layout: match options.backend {
-            Backend::ObvhsCwbvh => Layout::Wide,
-            _ => Layout::Binary,
+            Backend::ObvhsCwbvh => NodeLayout::Wide,
+            _ => NodeLayout::Binary,
         },
         quality: options.quality(),
     }

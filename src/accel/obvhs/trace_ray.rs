@@ -6,7 +6,7 @@
 //! measures the distance along the geometric normal, which the error bounds of surface points assume. Tested below, in
 //! `tests/tracing/rays.rs` and in `tests/tracing/hard.rs`.
 
-use super::box_ray::{BoxRay, Parameter};
+use super::box_ray::{BoxRay, RayParameter};
 use crate::accel::primitive::DRay;
 use crate::math::ray::Ray;
 use crate::math::triangle::Line;
@@ -21,7 +21,7 @@ pub trait TraceRay: Copy {
     fn narrow(ray: &DRay) -> Self;
 
     /// The ray for box tests from the parameter `start` on, and the mapping of its parameters.
-    fn to_boxes(&self, start: f64) -> (BoxRay, Parameter);
+    fn to_boxes(&self, start: f64) -> (BoxRay, RayParameter);
 
     /// Intersects a triangle: the parameter, in (t_min, t_max], and the barycentric coordinates of the hit.
     fn intersect(&self, triangle: &[Vec3; 3]) -> Option<(f64, [f32; 2])>;
@@ -52,7 +52,7 @@ impl TraceRay for WatertightRay {
     }
 
     #[inline]
-    fn to_boxes(&self, start: f64) -> (BoxRay, Parameter) {
+    fn to_boxes(&self, start: f64) -> (BoxRay, RayParameter) {
         BoxRay::new(&self.ray, start)
     }
 
@@ -85,7 +85,7 @@ impl TraceRay for Ray {
     }
 
     #[inline]
-    fn to_boxes(&self, start: f64) -> (BoxRay, Parameter) {
+    fn to_boxes(&self, start: f64) -> (BoxRay, RayParameter) {
         if start == 0.0 {
             BoxRay::single(self)
         } else {

@@ -11,7 +11,7 @@ use super::super::fresnel::conductor_rgb;
 use super::super::microfacet::Ggx;
 use super::super::types::{BsdfValue, is_same_side};
 use super::Principled;
-use super::opaque::{Choice, OpaqueLobes};
+use super::opaque::{LobeProbabilities, OpaqueLobes};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vec2, Vec3};
@@ -41,7 +41,7 @@ pub struct PrincipledLanes {
     eta: Lanes3,
     k: Lanes3,
     wo: Lanes3,
-    /// The [`Choice`]s for `wo`.
+    /// The [`LobeProbabilities`] for `wo`.
     facets: Lanes<f32>,
     multiple: Lanes<f32>,
     diffuse: Lanes<f32>,
@@ -188,8 +188,8 @@ impl PrincipledLanes {
     }
 
     #[inline(always)]
-    fn choice(&self, lane: usize) -> Choice {
-        Choice {
+    fn choice(&self, lane: usize) -> LobeProbabilities {
+        LobeProbabilities {
             facets: self.facets[lane],
             metal_ms: self.multiple[lane],
             base: self.diffuse[lane],
@@ -237,14 +237,14 @@ impl PrincipledLanes {
 }
 
 vectorised! {
-    /// Computes the [`Choice`] of each lane.
+    /// Computes the [`LobeProbabilities`] of each lane.
     fn bind(table: &AlbedoTable, lanes: &mut PrincipledLanes) {
         for lane in 0..LANES {
             let wo: LaneVec3 = load(&lanes.wo, lane);
             let o = table.at(lanes.place(lane), wo.z.abs());
             let of_lobes = lanes.lobes(lane).choice(o, 0.0);
             let is_conductor = lanes.is_conductor[lane] != 0;
-            let choice = Choice {
+            let choice = LobeProbabilities {
                 facets: if is_conductor { 1.0 - o.loss } else { of_lobes.facets },
                 metal_ms: if is_conductor { o.loss } else { of_lobes.metal_ms },
                 base: if is_conductor { 0.0 } else { of_lobes.base },

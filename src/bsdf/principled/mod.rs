@@ -31,7 +31,7 @@ use crate::math::{
     rgb::Rgb,
     vec::{Vec2, Vec3},
 };
-pub use opaque::Choice;
+pub use opaque::LobeProbabilities;
 use opaque::OpaqueLobes;
 use std::f32::consts::FRAC_1_PI;
 
@@ -172,7 +172,12 @@ impl Principled {
 
     /// Samples a lobe by its share of the albedo, then a direction; `choice` is [`Principled::choice`] of `wo`.
     #[inline]
-    pub fn sample(&self, wo: Vec3, choice: &Choice, input: &BsdfSampleInput) -> Option<BsdfSample> {
+    pub fn sample(
+        &self,
+        wo: Vec3,
+        choice: &LobeProbabilities,
+        input: &BsdfSampleInput,
+    ) -> Option<BsdfSample> {
         let BsdfSampleInput {
             lobe: u_lobe,
             u,
@@ -210,14 +215,14 @@ impl Principled {
 
     /// Computes each lobe's share of the albedo towards `wo`, by the brightest channel.
     #[inline]
-    pub fn choice(&self, wo: Vec3) -> Choice {
+    pub fn choice(&self, wo: Vec3) -> LobeProbabilities {
         self.opaque
             .choice(self.albedo.at(wo.z.abs()), self.glass_share)
     }
 
     /// Evaluates all lobes except deltas; `choice` is [`Principled::choice`] of `wo`.
     #[inline]
-    pub fn eval(&self, wo: Vec3, choice: &Choice, wi: Vec3) -> BsdfValue {
+    pub fn eval(&self, wo: Vec3, choice: &LobeProbabilities, wi: Vec3) -> BsdfValue {
         let mut value = BsdfValue::default();
         if let Some((wo, wi)) = facing_up(wo, wi) {
             let i = self.albedo.at(wi.z);
@@ -233,7 +238,7 @@ impl Principled {
     }
 
     #[inline]
-    fn sample_smooth(&self, wo: Vec3, choice: &Choice) -> Option<BsdfSample> {
+    fn sample_smooth(&self, wo: Vec3, choice: &LobeProbabilities) -> Option<BsdfSample> {
         (choice.facets > 0.0).then(|| BsdfSample {
             wi: Vec3::new(-wo.x, -wo.y, wo.z),
             weight: self.opaque.schlick(wo.z.abs()) / choice.facets,
@@ -243,7 +248,13 @@ impl Principled {
     }
 
     #[inline]
-    fn sample_glass(&self, wo: Vec3, u_lobe: f32, u: Vec2, choice: &Choice) -> Option<BsdfSample> {
+    fn sample_glass(
+        &self,
+        wo: Vec3,
+        u_lobe: f32,
+        u: Vec2,
+        choice: &LobeProbabilities,
+    ) -> Option<BsdfSample> {
         let sample = self.glass.sample(wo, u_lobe, u)?;
         if sample.pdf.is_some() {
             return self.weigh(wo, sample.wi, sample.lobe, choice);
@@ -256,7 +267,13 @@ impl Principled {
 
     /// Builds the sample of direction `wi`, weighted over all lobes.
     #[inline]
-    fn weigh(&self, wo: Vec3, wi: Vec3, lobe: Lobe, choice: &Choice) -> Option<BsdfSample> {
+    fn weigh(
+        &self,
+        wo: Vec3,
+        wi: Vec3,
+        lobe: Lobe,
+        choice: &LobeProbabilities,
+    ) -> Option<BsdfSample> {
         let value = self.eval(wo, choice, wi);
         (value.pdf.0 > 0.0).then(|| BsdfSample {
             wi,

@@ -39,7 +39,7 @@ pub struct OpaqueLobes<V = Vec3> {
 
 /// The probabilities of sampling each lobe for a given `wo`, which sum to one.
 #[derive(Debug, Clone, Copy)]
-pub struct Choice {
+pub struct LobeProbabilities {
     /// The microfacets.
     pub facets: f32,
     /// Multiple scattering of the metal.
@@ -56,14 +56,14 @@ impl<V: Vector> OpaqueLobes<V> {
     /// Computes each lobe's share of the albedo by the brightest channel, given the single scattering towards `wo` and
     /// the share of glass.
     #[inline(always)]
-    pub fn choice(&self, o: SingleScatter, glass_share: f32) -> Choice {
+    pub fn choice(&self, o: SingleScatter, glass_share: f32) -> LobeProbabilities {
         let facets = o.reflected(self.f0.max_channel(), self.f90);
         let through = 1.0 - o.reflected(self.coat_f0, 1.0);
         let base = self.base.max_channel() * through;
         let metal_ms = self.metal_ms.max_channel() * o.loss;
         let sum = facets + base + metal_ms + glass_share;
         let scale = 1.0 / sum.max(f32::MIN_POSITIVE);
-        Choice {
+        LobeProbabilities {
             facets: facets * scale,
             metal_ms: metal_ms * scale,
             base: base * scale,
@@ -79,7 +79,7 @@ impl<V: Vector> OpaqueLobes<V> {
         &self,
         wo: V,
         wi: V,
-        choice: &Choice,
+        choice: &LobeProbabilities,
         i: SingleScatter,
         is_rough: bool,
         reflectance: impl FnOnce(f32) -> Rgb<V>,

@@ -14,7 +14,7 @@
 //! Range: any subpaths through the same scene at the same time.
 //! Source: Veach 1997, section 10.2 and 10.3.4. Tested in `tests/rendering/bidirectional.rs`.
 
-use super::vertex::{RayDensity, Source, Vertex};
+use super::vertex::{LightVertex, RayDensity, SubpathVertex};
 use super::walk::Subpath;
 use super::weights::{ConnectionPdfs, WholePath};
 use crate::camera::Viewpoint;
@@ -36,7 +36,7 @@ use crate::scene::interaction::Interaction;
 #[derive(Debug)]
 pub struct LightPath<'a, E: Effects> {
     /// The vertex on the light.
-    pub source: Source,
+    pub source: LightVertex,
     /// The density of the rays that leave the light there.
     #[cfg(test)]
     pub ray_density: RayDensity,
@@ -133,7 +133,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         }
         let last = self.camera_path.vertices.last();
         let is_there = self.camera_path.vertices.len() + 1 == t;
-        let is_connectible = is_there && last.is_some_and(Vertex::is_connectible);
+        let is_connectible = is_there && last.is_some_and(SubpathVertex::is_connectible);
         match s {
             0 if is_there => [self.emission_s0(t - 2), None],
             0 if self.camera_path.vertices.len() + 2 == t => self.environment_s0(),
@@ -178,7 +178,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             return None;
         };
         let pdf = scene.pdf_emission(choice.0, self.time, &light.end, -light.wi);
-        let (mut source, rays) = Source::new(light.end, lights.pmf_by_power(choice.0), &pdf);
+        let (mut source, rays) = LightVertex::new(light.end, lights.pmf_by_power(choice.0), &pdf);
         source.direct = match light.pdf {
             Some(pdf) => source.density_from(from, pdf),
             None => choice.1.0.into(),
@@ -286,7 +286,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
     pub(super) fn weight(
         &mut self,
         Strategy { s, t }: Strategy,
-        source: &Source,
+        source: &LightVertex,
         pdfs: &ConnectionPdfs,
     ) -> f32 {
         let whole = &mut self.whole;

@@ -7,8 +7,8 @@
 //! Source: none needed. Tests only.
 
 use super::connect::{Connector, LightPath};
-use super::vertex::{Densities, RayDensity, Vertex};
-use super::walk::{Start, Subpath, SubpathKind, SubpathSampler};
+use super::vertex::{Densities, RayDensity, SubpathVertex};
+use super::walk::{Subpath, SubpathKind, SubpathSampler, SubpathStart};
 use super::weights::WholePath;
 use super::{Bidirectional, Roulette};
 use crate::accel::{AccelOptions, Backend, Precision};
@@ -25,7 +25,7 @@ use crate::scene::load::load;
 use crate::scene::prepare::prepare;
 use std::path::Path;
 
-type V<'a> = Vertex<'a, Everything>;
+type V<'a> = SubpathVertex<'a, Everything>;
 
 /// A scene of the repository, and the size of its image.
 fn scene(path: &str) -> (Scene, Vec2) {
@@ -144,7 +144,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
         ) else {
             continue;
         };
-        let camera_path: Subpath<'_, Everything> = subpath_sampler.sample(Start {
+        let camera_path: Subpath<'_, Everything> = subpath_sampler.sample(SubpathStart {
             kind: SubpathKind::Camera,
             ray,
             origin: ray.origin,

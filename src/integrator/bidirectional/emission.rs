@@ -5,7 +5,7 @@
 //! Source: Veach 1997, section 10.2. Tested in `tests/rendering/bidirectional.rs`.
 
 use super::connect::{Connector, Contribution, point_of};
-use super::vertex::{RayDensity, Source};
+use super::vertex::{LightVertex, RayDensity};
 use super::weights::ConnectionPdfs;
 use crate::effects::{Effects, Switch};
 use crate::film::splats::Strategy;
@@ -29,7 +29,7 @@ impl<E: Effects, O: PathObserver + ?Sized> Connector<'_, '_, E, O> {
             let by_nee = scene.light_pdf(self.light_choice, &receiver, self.time, &vertex.at);
             let end = ShadowRayEnd::Surface(point_of(&vertex.at), [0.0; 2]);
             let pdf = scene.pdf_emission(light, self.time, &end, vertex.at.wo);
-            let (mut source, rays) = Source::new(end, scene.lights.pmf_by_power(light), &pdf);
+            let (mut source, rays) = LightVertex::new(end, scene.lights.pmf_by_power(light), &pdf);
             source.direct = source.density_from(before.at.p, by_nee);
             source.densities.by_camera = vertex.densities.by_camera;
             let at_before = rays.density_at(before.at.p - vertex.at.p, before.at.ng);
@@ -75,7 +75,7 @@ impl<E: Effects, O: PathObserver + ?Sized> Connector<'_, '_, E, O> {
                 let (scene, light) = (self.scene, environment.light);
                 let pdf = scene.pdf_emission(light, self.time, &end, direction);
                 let lights = &scene.lights;
-                let (mut source, rays) = Source::new(end, lights.pmf_by_power(light), &pdf);
+                let (mut source, rays) = LightVertex::new(end, lights.pmf_by_power(light), &pdf);
                 let pmf = lights.pmf::<E>(light, self.light_choice, &last.receiver());
                 source.direct = (pmf * environment.pdf).0.into();
                 source.densities.by_camera = match escape.ray_density {

@@ -37,8 +37,8 @@ use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 pub use connect::Contribution;
 use connect::{Connector, LightPath};
-use vertex::{RayDensity, Source};
-use walk::{Start, Subpath, SubpathKind, SubpathSampler};
+use vertex::{LightVertex, RayDensity};
+use walk::{Subpath, SubpathKind, SubpathSampler, SubpathStart};
 use weights::WholePath;
 
 /// The bidirectional path integrator and its settings.
@@ -225,7 +225,7 @@ impl Bidirectional {
         let film = middle.film_point(ray.dir);
         let per_steradian = film.map_or(0.0, |film| film.per_steradian);
         subpath_sampler.rays.camera += 1;
-        subpath_sampler.sample::<E>(Start {
+        subpath_sampler.sample::<E>(SubpathStart {
             kind: SubpathKind::Camera,
             ray,
             origin: ray.origin,
@@ -252,10 +252,10 @@ impl Bidirectional {
         let (light, pmf) = choice?;
         let u_direction = Vec2::from_array(u_direction);
         let sample = scene.sample_emission::<E>(light, time, Vec2::new(u, v), u_direction)?;
-        let (mut source, ray_density) = Source::new(sample.end, pmf, &sample.pdf);
+        let (mut source, ray_density) = LightVertex::new(sample.end, pmf, &sample.pdf);
         let ray = sample.ray();
         subpath_sampler.rays.closest += 1;
-        let subpath = subpath_sampler.sample::<E>(Start {
+        let subpath = subpath_sampler.sample::<E>(SubpathStart {
             kind: SubpathKind::Light,
             ray,
             origin: sample.origin,

@@ -79,7 +79,7 @@ pub struct Scattering {
 
 /// A vertex of a subpath on a surface.
 #[derive(Debug)]
-pub struct Vertex<'a, E: Effects> {
+pub struct SubpathVertex<'a, E: Effects> {
     /// The surface interaction, as seen from the vertex before.
     pub at: Interaction<E>,
     /// The BSDF of the surface.
@@ -96,7 +96,7 @@ pub struct Vertex<'a, E: Effects> {
     pub u: [f32; 4],
 }
 
-impl<'a, E: Effects> Vertex<'a, E> {
+impl<'a, E: Effects> SubpathVertex<'a, E> {
     /// The vertex where a subpath has arrived.
     pub fn new(
         scene: &'a Scene,
@@ -210,7 +210,7 @@ pub fn adjoint<E: Effects, V: Vector>(seen: &Interaction<E, V>, to_camera: V, to
 
 /// The vertex of a path on a light: a point, or a direction if the light is beyond the scene.
 #[derive(Debug, Clone, Copy)]
-pub struct Source {
+pub struct LightVertex {
     /// The point, on a surface or in free space, or infinity.
     pub end: ShadowRayEnd,
     /// Whether a camera subpath can hit the source.
@@ -221,7 +221,7 @@ pub struct Source {
     pub direct: f64,
 }
 
-impl Source {
+impl LightVertex {
     /// Makes the source with which a light subpath begins with these densities, times the probability of selecting the
     /// light, and the density of the rays that leave it. The density of light sampling is left at zero.
     pub fn new(end: ShadowRayEnd, pmf: Pmf, pdf: &EmissionPdf) -> (Self, RayDensity) {

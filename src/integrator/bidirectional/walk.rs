@@ -8,7 +8,7 @@
 //! Range: any scene; without a limit a subpath ends by absorption, by leaving the scene, or by roulette.
 //! Source: Veach 1997, section 10.3. Tested in `tests/rendering/bidirectional.rs`.
 
-use super::vertex::{Densities, RayDensity, Scattering, Vertex};
+use super::vertex::{Densities, RayDensity, Scattering, SubpathVertex};
 use crate::accel::Hit;
 use crate::bsdf::BsdfSample;
 use crate::effects::{Effects, Switch};
@@ -33,7 +33,7 @@ pub enum SubpathKind {
 
 /// The beginning of a subpath.
 #[derive(Debug, Clone, Copy)]
-pub struct Start {
+pub struct SubpathStart {
     /// The end at which it begins.
     pub kind: SubpathKind,
     /// The first ray.
@@ -54,7 +54,7 @@ pub struct Start {
 #[derive(Debug)]
 pub struct Subpath<'a, E: Effects> {
     /// The vertices on surfaces.
-    pub vertices: Vec<Vertex<'a, E>>,
+    pub vertices: Vec<SubpathVertex<'a, E>>,
     /// The density with which a subpath from the other end continues from the first vertex to where this one began.
     pub back: PdfSolidAngle,
     /// The last ray, if it left the scene.
@@ -100,7 +100,7 @@ pub struct SubpathSampler<'a, 'w, S, O: ?Sized> {
 }
 
 /// A sampled step from a vertex.
-pub struct Step {
+pub struct WalkStep {
     /// The unit vector of the direction.
     pub w: Vec3,
     /// The sample of the BSDF.
@@ -118,8 +118,8 @@ pub struct Step {
 
 impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
     /// Samples a subpath until it ends.
-    pub fn sample<E: Effects>(&mut self, start: Start) -> Subpath<'a, E> {
-        let Start {
+    pub fn sample<E: Effects>(&mut self, start: SubpathStart) -> Subpath<'a, E> {
+        let SubpathStart {
             kind,
             mut ray,
             mut origin,
@@ -152,7 +152,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             let density = ray_density.density_at(at.p - origin, at.ng);
             let densities = kind.densities(density, 0.0);
             let u = self.u_connection::<E>(kind, bounce);
-            let mut vertex = Vertex::new(self.scene, at, beta, densities, u);
+            let mut vertex = SubpathVertex::new(self.scene, at, beta, densities, u);
             let step = if is_last {
                 None
             } else {
@@ -238,10 +238,10 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
     /// Samples the step from a vertex; `None` where everything is absorbed.
     pub fn step<E: Effects>(
         &mut self,
-        vertex: &mut Vertex<'a, E>,
+        vertex: &mut SubpathVertex<'a, E>,
         kind: SubpathKind,
         bounce: u32,
-    ) -> Option<Step> {
+    ) -> Option<WalkStep> {
         let at = &vertex.at;
         let wo = at.frame.to_local(at.wo);
         let [u, v, u_lobe] = self.sampler.draw(match kind {
@@ -286,7 +286,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             }
         };
         vertex.is_delta = is_delta;
-        Some(Step {
+        Some(WalkStep {
             w,
             sample,
             scattering,

@@ -14,7 +14,7 @@
 //! Range: any densities of at least 0; that of the strategy itself is above 0.
 //! Source: Veach and Guibas 1995, the power heuristic with exponent 2; Veach 1997, section 10.2.1. Tested below.
 
-use super::vertex::{Densities, Source};
+use super::vertex::{Densities, LightVertex};
 use crate::planted::planted;
 
 /// The densities of all vertices of a path, from the light to the camera.
@@ -39,7 +39,7 @@ pub struct ConnectionPdfs {
 
 impl ConnectionPdfs {
     /// The densities for s = 0: x_0 is the source, and the next vertex has the density `next` on a light subpath.
-    pub fn of_emission(source: &Source, next: f64) -> Self {
+    pub fn of_emission(source: &LightVertex, next: f64) -> Self {
         Self {
             by_camera: [0.0; 2],
             by_light: [source.densities.by_light, next],
@@ -58,7 +58,7 @@ impl WholePath {
     }
 
     /// Sets the densities of x_0.
-    pub fn begin(&mut self, source: &Source) {
+    pub fn begin(&mut self, source: &LightVertex) {
         self.densities[0] = source.densities;
         self.direct = source.direct;
     }

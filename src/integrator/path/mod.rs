@@ -218,7 +218,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                     _ => {}
                 }
             }
-            let mut cached = Cached::NONE;
+            let mut cached = CachedLanes::NONE;
             if K::CACHES {
                 cached = self.cached_indirect(wavefront, block, stage);
             }
@@ -291,8 +291,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         wavefront: &PathWavefront<'_, S, O>,
         block: &PathBlock<E>,
         stage: &StageScratch<E>,
-    ) -> Cached {
-        let mut cached = Cached::NONE;
+    ) -> CachedLanes {
+        let mut cached = CachedLanes::NONE;
         let is_limited = self.max_bounces.is_some();
         for lane in block.active.each() {
             let at: Interaction<E> = stage.at.get(lane);
@@ -310,12 +310,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
 }
 
 /// The indirect light of the lanes where it is cached: their paths end.
-struct Cached {
+struct CachedLanes {
     lanes: ActiveLanes<LANES>,
     contributions: Lanes<Rgb>,
 }
 
-impl Cached {
+impl CachedLanes {
     const NONE: Self = Self {
         lanes: ActiveLanes::NONE,
         contributions: [Rgb::BLACK; LANES],

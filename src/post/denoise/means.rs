@@ -14,7 +14,7 @@
 mod distances;
 
 use super::guides::Feature;
-use super::part::Part;
+use super::part::PaddedPart;
 use crate::math::plane::Plane;
 use crate::planted::planted;
 use rayon::prelude::*;
@@ -33,7 +33,7 @@ pub struct Halves {
 
 /// The parameters of the comparison of pixels.
 #[derive(Debug, Clone)]
-pub struct Comparison {
+pub struct ComparisonParameters {
     /// The radius of the search window, in pixels.
     pub reach: usize,
     /// The radius of patches, in pixels.
@@ -63,7 +63,7 @@ impl Means {
 }
 
 /// Filters both halves, once for each strictness.
-pub fn means(halves: &Halves, guides: &[Feature], comparison: &Comparison) -> Vec<Means> {
+pub fn means(halves: &Halves, guides: &[Feature], comparison: &ComparisonParameters) -> Vec<Means> {
     let [width, height] = [halves.variance[0].width, halves.variance[0].height];
     let corners: Vec<[usize; 2]> = (0..height)
         .step_by(TILE)
@@ -112,20 +112,20 @@ struct PatchSums {
 }
 
 /// The input of a tile, with a margin.
-struct Source {
+struct PaddedInput {
     margin: usize,
     size: [usize; 2],
-    values: [[Part; 3]; 2],
-    variance: [Part; 3],
+    values: [[PaddedPart; 3]; 2],
+    variance: [PaddedPart; 3],
     guides: Vec<GuideParts>,
 }
 
 struct GuideParts {
-    channels: Vec<Part>,
-    variance: Part,
+    channels: Vec<PaddedPart>,
+    variance: PaddedPart,
     /// The reciprocal of the scale.
-    per_scale: Part,
-    slope: Option<[Part; 2]>,
+    per_scale: PaddedPart,
+    slope: Option<[PaddedPart; 2]>,
 }
 
 /// Buffers for one offset at a time.
@@ -146,11 +146,11 @@ impl FilterTile {
         size: [usize; 2],
         halves: &Halves,
         guides: &[Feature],
-        comparison: &Comparison,
+        comparison: &ComparisonParameters,
     ) -> Self {
         let margin = comparison.reach + comparison.patch;
-        let part = |plane: &Plane| Part::of(plane, corner, size, margin);
-        let source = Source {
+        let part = |plane: &Plane| PaddedPart::of(plane, corner, size, margin);
+        let source = PaddedInput {
             margin,
             size,
             values: halves
@@ -201,7 +201,7 @@ impl FilterTile {
 }
 
 impl GuideParts {
-    fn of(feature: &Feature, part: &impl Fn(&Plane) -> Part) -> Self {
+    fn of(feature: &Feature, part: &impl Fn(&Plane) -> PaddedPart) -> Self {
         let per_scale = feature.scale.like(|i| 1.0 / feature.scale.values[i]);
         Self {
             channels: feature.channels.iter().map(part).collect(),
@@ -215,9 +215,9 @@ impl GuideParts {
     }
 }
 
-impl Source {
+impl PaddedInput {
     /// A row of a tile's own pixels, or of those at an offset.
-    fn row<'a>(&self, part: &'a Part, y: usize, [dx, dy]: [isize; 2]) -> &'a [f32] {
+    fn row<'a>(&self, part: &'a PaddedPart, y: usize, [dx, dy]: [isize; 2]) -> &'a [f32] {
         let x = (self.margin as isize + dx) as usize;
         let y = (self.margin + y) as isize + dy;
         part.row([x, y as usize], self.size[0])
@@ -229,7 +229,7 @@ impl Source {
         offset: [isize; 2],
         columns: std::ops::Range<usize>,
         rows: std::ops::Range<usize>,
-        comparison: &Comparison,
+        comparison: &ComparisonParameters,
         scratch: &mut Scratch,
         sums: &mut [PatchSums],
     ) {
@@ -314,8 +314,8 @@ mod tests {
         }
     }
 
-    fn comparison(reach: usize, patch: usize, strictness: f32) -> Comparison {
-        Comparison {
+    fn comparison(reach: usize, patch: usize, strictness: f32) -> ComparisonParameters {
+        ComparisonParameters {
             reach,
             patch,
             strictness: vec![strictness],

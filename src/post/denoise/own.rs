@@ -10,7 +10,7 @@
 use super::Filtered;
 use super::choice::{choose, measure, risks, whole};
 use super::guides::features;
-use super::means::{Comparison, Halves, Means, means};
+use super::means::{ComparisonParameters, Halves, Means, means};
 use super::noisy::Noisy;
 use super::prefilter::prefiltered;
 
@@ -35,7 +35,7 @@ pub fn filter(noisy: &Noisy) -> Filtered {
             .each_ref()
             .map(|plane| plane.like(|i| 2.0 * plane.values[i])),
     };
-    let comparison = Comparison {
+    let comparison = ComparisonParameters {
         reach: REACH,
         patch: PATCH,
         strictness: vec![STRICT, LENIENT],

@@ -8,12 +8,12 @@ use crate::math::plane::Plane;
 
 /// A part of a plane with a margin, whose pixels beyond the border are those of the border.
 #[derive(Debug, Clone)]
-pub struct Part {
+pub struct PaddedPart {
     stride: usize,
     values: Vec<f32>,
 }
 
-impl Part {
+impl PaddedPart {
     /// Copies `size` pixels from a corner on, and the margin about them.
     pub fn of(plane: &Plane, corner: [usize; 2], size: [usize; 2], margin: usize) -> Self {
         let stride = size[0] + 2 * margin;

@@ -9,7 +9,7 @@
 //! Source: Rousselle, Manzi and Zwicker 2013, section 4.2. Tested in `tests/rendering/denoise.rs`.
 
 use super::guides::FirstHitLayers;
-use super::means::{Comparison, Halves, means};
+use super::means::{ComparisonParameters, Halves, means};
 use crate::math::plane::Plane;
 
 /// The radius of the search window, in pixels.
@@ -57,7 +57,7 @@ fn cleaned(channels: &[Plane; 3], error: &Plane, parts: f32) -> ([Plane; 3], Pla
         values: [channels.clone(), channels.clone()],
         variance: [variance.clone(), variance.clone(), variance],
     };
-    let comparison = Comparison {
+    let comparison = ComparisonParameters {
         reach: REACH,
         patch: PATCH,
         strictness: vec![STRICTNESS],

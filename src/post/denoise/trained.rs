@@ -23,7 +23,7 @@ pub fn filter(noisy: &Noisy) -> Result<Filtered> {
     let (picture, halves) = (&noisy.picture, &noisy.halves);
     let [first, second] = halves;
     let mut colours = [picture, first, second].map(interleaved);
-    oidn::filter(oidn::Images {
+    oidn::filter(oidn::OidnImages {
         size: noisy.size(),
         colours: &mut colours,
         albedo: interleaved(&noisy.first.albedo),

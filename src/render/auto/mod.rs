@@ -29,7 +29,7 @@ pub use light_paths::LightPathChoice;
 use pilot::Pilot;
 pub use reuse::PathReuseChoice;
 pub use rule::Candidate;
-use rule::{Facts, choose};
+use rule::{RuleInput, choose};
 pub use window::WindowChoice;
 
 /// The approximate number of pixels of the pilot's images.
@@ -128,7 +128,7 @@ pub fn recommend(
         }
     }
     let has_light_paths = by_path.light_path_share() != LightPathShare::None;
-    let facts = Facts {
+    let facts = RuleInput {
         is_missed_by_path: !has_light_paths
             && effects.has(Effect::DeltaLights)
             && effects.has(Effect::Specular),

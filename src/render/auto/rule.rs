@@ -22,7 +22,7 @@ pub struct Candidate {
 
 /// The facts that the rule uses.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Facts {
+pub struct RuleInput {
     /// Whether `path` misses light altogether: that of delta lights by way of specular surfaces.
     pub is_missed_by_path: bool,
     /// Whether specular surfaces cast light that light sampling does not find.
@@ -32,7 +32,7 @@ pub struct Facts {
 }
 
 /// Chooses the integrator, and gives the reason.
-pub fn choose(facts: &Facts) -> (IntegratorKind, String) {
+pub fn choose(facts: &RuleInput) -> (IntegratorKind, String) {
     use IntegratorKind::{Bidirectional, Metropolis, Path};
     let of = |kind| {
         let found = facts.candidates.iter().find(|it| it.integrator == kind);
@@ -56,7 +56,7 @@ pub fn choose(facts: &Facts) -> (IntegratorKind, String) {
 }
 
 /// The reason in words, where `ratio` is the choice's inefficiency over that of `path`.
-fn why(facts: &Facts, best: IntegratorKind, ratio: f64) -> String {
+fn why(facts: &RuleInput, best: IntegratorKind, ratio: f64) -> String {
     let name = best.name();
     if facts.is_missed_by_path {
         return "camera subpaths do not find light of point, spot and distant lights that arrives by way of smooth surfaces".to_owned();
@@ -81,10 +81,10 @@ mod tests {
     use super::*;
     use IntegratorKind::{Bidirectional, Metropolis, Path};
 
-    fn facts(is_missed_by_path: bool, inefficiencies: &[f64]) -> Facts {
+    fn facts(is_missed_by_path: bool, inefficiencies: &[f64]) -> RuleInput {
         let kinds = [Path, Bidirectional, Metropolis];
         let candidates = kinds.into_iter().zip(inefficiencies);
-        Facts {
+        RuleInput {
             is_missed_by_path,
             has_smooth_surfaces: false,
             candidates: candidates
@@ -126,7 +126,7 @@ mod tests {
 
     #[test]
     fn reported_reason_names_the_deciding_factor() {
-        let says = |facts: &Facts, words: &str| {
+        let says = |facts: &RuleInput, words: &str| {
             let (_, why) = choose(facts);
             assert!(why.contains(words), "no `{words}` in `{why}`");
         };
@@ -134,7 +134,7 @@ mod tests {
         says(&facts(false, &[1.0, 0.25, 0.2]), "gap");
         says(&facts(true, &[1.0, 0.25, 0.2]), "point, spot and distant");
         says(&facts(false, &[1.0]), "only path");
-        let smooth = Facts {
+        let smooth = RuleInput {
             has_smooth_surfaces: true,
             ..facts(false, &[1.0, 0.25, 0.01])
         };

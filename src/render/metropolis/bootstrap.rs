@@ -24,7 +24,7 @@ const MIN_SAMPLES: u64 = 256;
 
 /// A path at which a chain may start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Start {
+pub struct ChainStart {
     /// The sample that made the path.
     pub sample: u32,
     /// The strategy that made the path.
@@ -38,7 +38,7 @@ pub struct Bootstrap {
     seed: u64,
     samples: u64,
     /// The paths, in the order of their number of edges.
-    paths: Vec<Start>,
+    paths: Vec<ChainStart>,
 }
 
 impl Bootstrap {
@@ -59,7 +59,7 @@ impl Bootstrap {
                 let (found, of_sample) =
                     run_matte_or_everything(context.kernel, Evaluation(context, None, point));
                 tally.merge(of_sample);
-                paths.extend(found.iter().map(|it| Start::new(sample as u32, it)));
+                paths.extend(found.iter().map(|it| ChainStart::new(sample as u32, it)));
             }
             (paths, tally)
         });
@@ -95,7 +95,7 @@ impl Bootstrap {
     }
 
     /// Chooses the starts of `chains` chains; none, if no sample has found any light.
-    pub fn choose(&self, chains: u64, seed: u64) -> Vec<Start> {
+    pub fn choose(&self, chains: u64, seed: u64) -> Vec<ChainStart> {
         let Some(last) = self.paths.last() else {
             return Vec::new();
         };
@@ -115,7 +115,7 @@ impl Bootstrap {
     }
 }
 
-impl Start {
+impl ChainStart {
     fn new(sample: u32, path: &ChainPath) -> Self {
         Self {
             sample,
@@ -134,11 +134,14 @@ mod tests {
     #[test]
     fn bootstrap_paths_are_chosen_proportionally_to_brightness() {
         let brightness = [3.0, 0.5, 1.5, 5.0];
-        let paths = brightness.iter().enumerate().map(|(i, &brightness)| Start {
-            sample: i as u32,
-            strategy: Strategy { s: i, t: 2 },
-            brightness,
-        });
+        let paths = brightness
+            .iter()
+            .enumerate()
+            .map(|(i, &brightness)| ChainStart {
+                sample: i as u32,
+                strategy: Strategy { s: i, t: 2 },
+                brightness,
+            });
         let bootstrap = Bootstrap {
             seed: 0,
             samples: 20,

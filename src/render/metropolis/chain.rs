@@ -7,7 +7,7 @@
 //! Range: any number of steps; a chain is unbiased from the first step on.
 //! Source: Hachisuka et al. 2014, section 4. Tested below and in `tests/rendering/metropolis.rs`.
 
-use super::bootstrap::{Bootstrap, Start};
+use super::bootstrap::{Bootstrap, ChainStart};
 use super::{CANCEL_INTERVAL, ChainContext, ChainPath};
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
@@ -25,7 +25,7 @@ pub struct ChainJob<'a> {
     /// The mean brightness b of the batch.
     pub mean: f64,
     /// The path at which the chain starts.
-    pub start: Option<Start>,
+    pub start: Option<ChainStart>,
     pub bootstrap: &'a Bootstrap,
 }
 

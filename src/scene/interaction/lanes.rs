@@ -152,7 +152,7 @@ impl<E: Effects> InteractionLanes<E> {
 /// A triangle for each lane, with the attributes of its vertices.
 #[repr(align(64))]
 #[derive(Debug, Clone)]
-struct TriangleLanes<E: Effects> {
+struct HitTriangleLanes<E: Effects> {
     vertices: [Lanes3; 3],
     normals: State<E::ShadingNormals, [Lanes3; 3]>,
     has_normals: State<E::ShadingNormals, Lanes<u32>>,
@@ -161,7 +161,7 @@ struct TriangleLanes<E: Effects> {
     transmits: State<E::Transmission, Lanes<u32>>,
 }
 
-impl<E: Effects> TriangleLanes<E> {
+impl<E: Effects> HitTriangleLanes<E> {
     fn new() -> Self {
         Self {
             vertices: [[ZERO; 3]; 3],
@@ -226,18 +226,18 @@ impl<E: Effects> TriangleLanes<E> {
 
 /// Memory for [`Scene::surface_interactions`].
 #[derive(Debug, Clone)]
-pub struct SurfaceScratch<E: Effects>(TriangleLanes<E>);
+pub struct SurfaceScratch<E: Effects>(HitTriangleLanes<E>);
 
 impl<E: Effects> Default for SurfaceScratch<E> {
     fn default() -> Self {
-        Self(TriangleLanes::new())
+        Self(HitTriangleLanes::new())
     }
 }
 
 vectorised! {
     /// The interaction of every lane with its triangle. The result marks points that may be beyond an edge.
     fn interactions<E: Effects>(
-        triangles: &TriangleLanes<E>,
+        triangles: &HitTriangleLanes<E>,
         packet: &RayHitLanes<LANES>,
         interactions: &mut InteractionLanes<E>,
     ) -> Lanes<u32> {

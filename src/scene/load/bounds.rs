@@ -4,13 +4,13 @@
 //! Range: any shapes, as they are without motion; empty if there are none.
 //! Source: none needed. Tested in `tests/loading/mitsuba_shapes.rs` and `tests/loading/scene_files.rs`.
 
-use super::contents::Contents;
+use super::contents::SceneContents;
 use crate::math::bounds::Bounds;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{GeometryDescription, ShapeDescription};
 
 /// Returns the box around all shapes, by that of each; of an instance, around the corners of its group's box.
-pub fn of_all(contents: &Contents, of_shape: impl Fn(&ShapeDescription) -> Bounds) -> Bounds {
+pub fn of_all(contents: &SceneContents, of_shape: impl Fn(&ShapeDescription) -> Bounds) -> Bounds {
     let mut of_groups = vec![Bounds::default(); contents.groups.len()];
     let mut whole = Bounds::default();
     for shape in &contents.shapes {

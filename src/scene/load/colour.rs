@@ -29,13 +29,13 @@ pub enum Bound {
 
 /// A cache of textures, so that each file is read once.
 #[derive(Debug, Default)]
-pub struct Textures {
+pub struct TextureCache {
     images: HashMap<(PathBuf, ColourSpace), Arc<Image>>,
     /// The alpha channels of images that have one and are not opaque.
     alphas: HashMap<PathBuf, Option<Arc<Image>>>,
 }
 
-impl Textures {
+impl TextureCache {
     /// Returns the texture of an image file.
     ///
     /// # Errors
@@ -88,7 +88,7 @@ pub fn colour(
     value: &Value<'_>,
     bound: Bound,
     folder: &Path,
-    textures: &mut Textures,
+    textures: &mut TextureCache,
 ) -> Result<ColourDescription> {
     colour_or_data(value, bound, ColourSpace::Srgb, folder, textures)
 }
@@ -100,7 +100,7 @@ pub fn colour(
 pub fn mask(
     value: &Value<'_>,
     folder: &Path,
-    textures: &mut Textures,
+    textures: &mut TextureCache,
 ) -> Result<ColourDescription> {
     let bound = Bound::Reflectance;
     colour_or_data(value, bound, ColourSpace::Linear, folder, textures)
@@ -111,7 +111,7 @@ fn colour_or_data(
     bound: Bound,
     default_space: ColourSpace,
     folder: &Path,
-    textures: &mut Textures,
+    textures: &mut TextureCache,
 ) -> Result<ColourDescription> {
     if value.is_list() || value.is_number() || value.is_text() {
         return constant(value, bound).map(ColourDescription::Constant);
@@ -136,7 +136,7 @@ pub fn texture(
     bound: Bound,
     default_space: ColourSpace,
     folder: &Path,
-    textures: &mut Textures,
+    textures: &mut TextureCache,
 ) -> Result<Texture> {
     let texture = match table.optional("texture") {
         Some(file) => image(table, &file, default_space, folder, textures)?,
@@ -156,7 +156,7 @@ fn image(
     file: &Value<'_>,
     default_space: ColourSpace,
     folder: &Path,
-    textures: &mut Textures,
+    textures: &mut TextureCache,
 ) -> Result<Texture> {
     let space = table.optional("space").map_or(Ok(default_space), |space| {
         space.one_of(&[("srgb", ColourSpace::Srgb), ("linear", ColourSpace::Linear)])

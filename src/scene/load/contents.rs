@@ -4,7 +4,7 @@
 //! Range: names of materials are unique, and so are those of groups; indices are those of `materials` and `groups`.
 //! Source: none needed. Tested in `tests/loading/scene_files.rs`.
 
-use super::colour::Textures;
+use super::colour::TextureCache;
 use super::ply;
 use crate::error::Result;
 use crate::math::rgb::Rgb;
@@ -24,12 +24,12 @@ type Ply = (Arc<MeshDescription>, Arc<Vec<Rgb>>);
 
 /// The materials, shapes, groups, instances and notes read so far.
 #[derive(Debug, Default)]
-pub struct Contents {
+pub struct SceneContents {
     pub materials: Vec<MaterialDescription>,
     pub shapes: Vec<ShapeDescription>,
     pub groups: Vec<String>,
     pub instances: Vec<InstanceDescription>,
-    pub textures: Textures,
+    pub textures: TextureCache,
     pub notes: Vec<Note>,
     /// The PLY files read so far: a mesh that several shapes have is stored once.
     plys: HashMap<PathBuf, Ply>,
@@ -40,7 +40,7 @@ pub struct Contents {
     default_material: Option<usize>,
 }
 
-impl Contents {
+impl SceneContents {
     /// Adds a material and returns its index.
     pub fn add_material(&mut self, material: MaterialDescription) -> usize {
         self.materials.push(material);

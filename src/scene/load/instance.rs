@@ -4,7 +4,7 @@
 //! Range: every group that is placed has a member; no group is placed within itself.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
-use super::contents::Contents;
+use super::contents::SceneContents;
 use super::motion::motion;
 use super::reader::{Table, Value};
 use super::transform::transform;
@@ -20,7 +20,7 @@ use std::path::Path;
 /// # Errors
 /// If an entry is not as the format requires; if a placed group has no members; if groups contain one another in a
 /// cycle.
-pub fn instances(values: &[Value<'_>], file: &Path, contents: &mut Contents) -> Result<()> {
+pub fn instances(values: &[Value<'_>], file: &Path, contents: &mut SceneContents) -> Result<()> {
     // Instances are members, too: an earlier instance may place a group whose only members are instances further down.
     for value in values {
         group(&value.table()?, contents)?;
@@ -37,7 +37,7 @@ pub fn instances(values: &[Value<'_>], file: &Path, contents: &mut Contents) -> 
 }
 
 /// Notes groups that no instance places.
-fn note_unseen(contents: &mut Contents) {
+fn note_unseen(contents: &mut SceneContents) {
     let placed: HashSet<usize> = contents.instances.iter().map(|it| it.of).collect();
     let unseen = (0..contents.groups.len()).filter(|group| !placed.contains(group));
     for group in unseen {
@@ -53,7 +53,7 @@ fn note_unseen(contents: &mut Contents) {
 ///
 /// # Errors
 /// If the name is not a string.
-pub fn group(table: &Table<'_>, contents: &mut Contents) -> Result<Option<usize>> {
+pub fn group(table: &Table<'_>, contents: &mut SceneContents) -> Result<Option<usize>> {
     let Some(name) = table.optional("group") else {
         return Ok(None);
     };
@@ -65,7 +65,7 @@ fn instance<'a>(
     value: &Value<'a>,
     file: &Path,
     index: usize,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<(InstanceDescription, Value<'a>)> {
     let table = value.table()?;
     let of = table.required("of")?;

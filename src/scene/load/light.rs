@@ -4,7 +4,7 @@
 //! Range: as docs/scene-format.md says for each key.
 //! Source: docs/scene-format.md. Tested in `tests/loading/lights.rs`.
 
-use super::colour::{Bound, Textures, colour, constant};
+use super::colour::{Bound, TextureCache, colour, constant};
 use super::reader::{Table, Value};
 use super::transform::transform;
 use crate::error::Result;
@@ -21,29 +21,29 @@ use std::sync::Arc;
 
 /// The types of lights.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Type {
+enum LightType {
     Environment,
     Point,
     Spot,
     Distant,
 }
 
-const TYPES: &[(&str, Type)] = &[
-    ("environment", Type::Environment),
-    ("point", Type::Point),
-    ("spot", Type::Spot),
-    ("distant", Type::Distant),
+const TYPES: &[(&str, LightType)] = &[
+    ("environment", LightType::Environment),
+    ("point", LightType::Point),
+    ("spot", LightType::Spot),
+    ("distant", LightType::Distant),
 ];
 
 /// The keys of each light type.
-const KEYS: &[(Type, &[&str])] = &[
-    (Type::Environment, &["radiance", "transform"]),
-    (Type::Point, &["position", "intensity"]),
+const KEYS: &[(LightType, &[&str])] = &[
+    (LightType::Environment, &["radiance", "transform"]),
+    (LightType::Point, &["position", "intensity"]),
     (
-        Type::Spot,
+        LightType::Spot,
         &["position", "intensity", "target", "cone", "penumbra"],
     ),
-    (Type::Distant, &["direction", "irradiance"]),
+    (LightType::Distant, &["direction", "irradiance"]),
 ];
 
 /// The default penumbra of a spot light, in degrees.
@@ -56,7 +56,7 @@ const PENUMBRA: f64 = 5.0;
 pub fn lights(
     values: &[Value<'_>],
     file: &Path,
-    textures: &mut Textures,
+    textures: &mut TextureCache,
 ) -> Result<Vec<LightDescription>> {
     let mut lights: Vec<LightDescription> = Vec::with_capacity(values.len());
     for value in values {
@@ -78,24 +78,24 @@ fn is_panorama(light: &LightDescription) -> bool {
     matches!(radiance, ColourDescription::Texture(_))
 }
 
-fn light(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<LightDescription> {
+fn light(value: &Value<'_>, file: &Path, textures: &mut TextureCache) -> Result<LightDescription> {
     let table = value.table()?;
     let kind = table.required("type")?.one_of(TYPES)?;
     check_keys(&table, kind)?;
     let model = match kind {
-        Type::Environment => LightModel::Environment {
+        LightType::Environment => LightModel::Environment {
             radiance: radiance(&table.required("radiance")?, file, textures)?,
             to_world: match table.optional("transform") {
                 Some(transform) => rotation(&transform)?,
                 None => DMat3::IDENTITY,
             },
         },
-        Type::Point => LightModel::Point {
+        LightType::Point => LightModel::Point {
             position: table.required("position")?.vec3()?,
             intensity: emission(&table, "intensity")?,
         },
-        Type::Spot => spot(&table)?,
-        Type::Distant => LightModel::Distant {
+        LightType::Spot => spot(&table)?,
+        LightType::Distant => LightModel::Distant {
             direction: direction(&table.required("direction")?)?,
             irradiance: emission(&table, "irradiance")?,
         },
@@ -137,7 +137,7 @@ fn spot(table: &Table<'_>) -> Result<LightModel> {
 }
 
 /// Returns an error for keys that belong to another light type.
-fn check_keys(table: &Table<'_>, kind: Type) -> Result<()> {
+fn check_keys(table: &Table<'_>, kind: LightType) -> Result<()> {
     let keys_of = |kind| {
         KEYS.iter()
             .find(|(t, _)| *t == kind)
@@ -169,7 +169,11 @@ fn direction(value: &Value<'_>) -> Result<DVec3> {
 }
 
 /// Reads a radiance: a colour or an image.
-fn radiance(value: &Value<'_>, file: &Path, textures: &mut Textures) -> Result<ColourDescription> {
+fn radiance(
+    value: &Value<'_>,
+    file: &Path,
+    textures: &mut TextureCache,
+) -> Result<ColourDescription> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let radiance = colour(value, Bound::NonNegative, folder, textures)?;
     let ColourDescription::Texture(texture) = &radiance else {

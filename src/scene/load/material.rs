@@ -4,7 +4,7 @@
 //! Range: as docs/scene-format.md says for each key.
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
-use super::colour::{Bound, Textures, colour, constant, mask, texture};
+use super::colour::{Bound, TextureCache, colour, constant, mask, texture};
 use super::reader::{Table, Value};
 use crate::bsdf::conductor;
 use crate::error::{Error, Result};
@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 /// The types of materials.
 #[derive(Debug, Clone, Copy)]
-enum Type {
+enum MaterialType {
     Diffuse,
     Mirror,
     Conductor,
@@ -31,15 +31,15 @@ enum Type {
     Principled,
 }
 
-const TYPES: &[(&str, Type)] = &[
-    ("diffuse", Type::Diffuse),
-    ("mirror", Type::Mirror),
-    ("conductor", Type::Conductor),
-    ("dielectric", Type::Dielectric),
-    ("thin_dielectric", Type::ThinDielectric),
-    ("phong", Type::Phong),
-    ("plastic", Type::Plastic),
-    ("principled", Type::Principled),
+const TYPES: &[(&str, MaterialType)] = &[
+    ("diffuse", MaterialType::Diffuse),
+    ("mirror", MaterialType::Mirror),
+    ("conductor", MaterialType::Conductor),
+    ("dielectric", MaterialType::Dielectric),
+    ("thin_dielectric", MaterialType::ThinDielectric),
+    ("phong", MaterialType::Phong),
+    ("plastic", MaterialType::Plastic),
+    ("principled", MaterialType::Principled),
 ];
 
 /// A number in [0, 1], in error messages.
@@ -52,7 +52,7 @@ const A_SHARE: &str = "a number from 0 to 1";
 pub fn material(
     value: &Value<'_>,
     file: &Path,
-    textures: &mut Textures,
+    textures: &mut TextureCache,
 ) -> Result<MaterialDescription> {
     let table = value.table()?;
     let name = table.required("name")?.text()?.to_owned();
@@ -96,19 +96,19 @@ pub fn material(
 }
 
 /// Reads the scattering model of a material.
-fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<MaterialModel> {
+fn model(table: &Table<'_>, folder: &Path, textures: &mut TextureCache) -> Result<MaterialModel> {
     let mut reflectance = |key: &'static str, default: f32| match table.optional(key) {
         Some(value) => colour(&value, Bound::Reflectance, folder, textures),
         None => Ok(ColourDescription::Constant(Rgb::grey(default))),
     };
     Ok(match table.required("type")?.one_of(TYPES)? {
-        Type::Diffuse => MaterialModel::Diffuse {
+        MaterialType::Diffuse => MaterialModel::Diffuse {
             reflectance: reflectance("reflectance", 0.5)?,
         },
-        Type::Mirror => MaterialModel::Mirror {
+        MaterialType::Mirror => MaterialModel::Mirror {
             reflectance: reflectance("reflectance", 1.0)?,
         },
-        Type::Conductor => {
+        MaterialType::Conductor => {
             let (eta, k) = index_of_metal(table)?;
             MaterialModel::Conductor {
                 eta,
@@ -120,16 +120,16 @@ fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<Ma
                 },
             }
         }
-        Type::Dielectric => MaterialModel::Dielectric {
+        MaterialType::Dielectric => MaterialModel::Dielectric {
             ior: number(table, "ior", 1.5, "a number above 0", |x| x > 0.0)?,
             roughness: share(table, "roughness", 0.0)?,
             tint: reflectance("tint", 1.0)?,
         },
-        Type::ThinDielectric => MaterialModel::ThinDielectric {
+        MaterialType::ThinDielectric => MaterialModel::ThinDielectric {
             ior: number(table, "ior", 1.5, "a number above 0", |x| x > 0.0)?,
             tint: reflectance("tint", 1.0)?,
         },
-        Type::Phong => {
+        MaterialType::Phong => {
             let (diffuse, specular) = (reflectance("diffuse", 0.5)?, reflectance("specular", 0.2)?);
             check_sum(table, &diffuse, &specular)?;
             MaterialModel::Phong {
@@ -140,12 +140,12 @@ fn model(table: &Table<'_>, folder: &Path, textures: &mut Textures) -> Result<Ma
                 })?,
             }
         }
-        Type::Plastic => MaterialModel::Plastic {
+        MaterialType::Plastic => MaterialModel::Plastic {
             reflectance: reflectance("reflectance", 0.5)?,
             ior: index_of_coat(table)?,
             roughness: share(table, "roughness", 0.0)?,
         },
-        Type::Principled => MaterialModel::Principled {
+        MaterialType::Principled => MaterialModel::Principled {
             base_color: reflectance("base_color", 0.8)?,
             metallic: share(table, "metallic", 0.0)?,
             roughness: share(table, "roughness", 0.5)?,
@@ -183,7 +183,7 @@ fn channels(colour: Rgb) -> String {
 }
 
 /// Reads a map of factors: a file, or a table of a texture. Its values are linear unless specified.
-fn data_map(value: &Value<'_>, folder: &Path, textures: &mut Textures) -> Result<Arc<Texture>> {
+fn data_map(value: &Value<'_>, folder: &Path, textures: &mut TextureCache) -> Result<Arc<Texture>> {
     if value.is_text() {
         let path = folder.join(value.text()?);
         let texture = textures.read_reflectance(&path, ColourSpace::Linear, 1.0);
@@ -202,7 +202,7 @@ fn data_map(value: &Value<'_>, folder: &Path, textures: &mut Textures) -> Result
 fn normal_map(
     value: &Value<'_>,
     folder: &Path,
-    textures: &mut Textures,
+    textures: &mut TextureCache,
 ) -> Result<NormalMapDescription> {
     if value.is_text() {
         let path = folder.join(value.text()?);
@@ -265,7 +265,7 @@ fn index_of_coat(table: &Table<'_>) -> Result<f32> {
 fn bump_map(
     value: &Value<'_>,
     folder: &Path,
-    textures: &mut Textures,
+    textures: &mut TextureCache,
 ) -> Result<BumpMapDescription> {
     let table = value
         .table()

@@ -4,7 +4,7 @@
 //! Range: any model with faces, up to a size of about 1e150.
 //! Source: none needed. Tested in `tests/loading/scene_files.rs` and `tests/loading/ply.rs`.
 
-use super::contents::Contents;
+use super::contents::SceneContents;
 use super::wording::shown;
 use super::{bounds, obj, ply, vertex_colours};
 use crate::error::{Error, Result};
@@ -31,7 +31,7 @@ const VIEW: DVec3 = DVec3::new(0.45, 0.35, 1.0);
 /// # Errors
 /// If the file is invalid.
 pub fn load_obj(path: &Path) -> Result<SceneDescription> {
-    let mut contents = Contents::default();
+    let mut contents = SceneContents::default();
     contents.shapes = obj::load(path, None, &mut contents)?;
     with_camera_and_sky(path, contents)
 }
@@ -42,7 +42,7 @@ pub fn load_obj(path: &Path) -> Result<SceneDescription> {
 /// If the file is invalid.
 pub fn load_ply(path: &Path) -> Result<SceneDescription> {
     let model = ply::read_mesh(path)?;
-    let mut contents = Contents::default();
+    let mut contents = SceneContents::default();
     for note in model.notes {
         contents.note(note);
     }
@@ -71,7 +71,7 @@ pub fn load_ply(path: &Path) -> Result<SceneDescription> {
 ///
 /// # Errors
 /// If the model is too large to be framed.
-fn with_camera_and_sky(path: &Path, mut contents: Contents) -> Result<SceneDescription> {
+fn with_camera_and_sky(path: &Path, mut contents: SceneContents) -> Result<SceneDescription> {
     let bounds = bounds::of_all(&contents, bounds::of_placed);
     let camera = framed(path, &bounds, &mut contents)?;
     let is_lit = contents.shapes.iter().any(|shape| shape.emission.is_some());
@@ -89,7 +89,11 @@ fn with_camera_and_sky(path: &Path, mut contents: Contents) -> Result<SceneDescr
 ///
 /// # Errors
 /// If the model is too large to be framed.
-pub fn framed(path: &Path, bounds: &Bounds, contents: &mut Contents) -> Result<CameraDescription> {
+pub fn framed(
+    path: &Path,
+    bounds: &Bounds,
+    contents: &mut SceneContents,
+) -> Result<CameraDescription> {
     let camera = frame(bounds).ok_or_else(|| {
         Error::scene("the model is too large to be framed: use a scene file").in_file(path)
     })?;
@@ -101,7 +105,11 @@ pub fn framed(path: &Path, bounds: &Bounds, contents: &mut Contents) -> Result<C
 }
 
 /// Returns a sky for a model that is not lit, with a note.
-pub fn sky_unless(is_lit: bool, path: &Path, contents: &mut Contents) -> Option<LightDescription> {
+pub fn sky_unless(
+    is_lit: bool,
+    path: &Path,
+    contents: &mut SceneContents,
+) -> Option<LightDescription> {
     if is_lit {
         return None;
     }

@@ -6,9 +6,9 @@
 //! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs`, `tests/loading/odd_models.rs` and
 //! `cli/tests/command/bad_input.rs`.
 
-use super::contents::Contents;
+use super::contents::SceneContents;
 use super::mtl;
-use super::obj_text::{Complaint, ObjText};
+use super::obj_text::{LineError, ObjText};
 use super::polygon::{Fans, note_on_uncovered};
 use super::wording::{shown, unknown_name};
 use super::{beside, read_any_text, vertex_colours};
@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A material of a model: its index and its emission.
-type Surface = (usize, Option<ColourDescription>);
+type ObjMaterial = (usize, Option<ColourDescription>);
 
 /// Reads a model and returns its shapes. Adds its materials to `contents`, unless `material` overrides all of them.
 ///
@@ -34,7 +34,7 @@ type Surface = (usize, Option<ColourDescription>);
 pub fn load(
     path: &Path,
     material: Option<usize>,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<Vec<ShapeDescription>> {
     let obj = ObjText::read(&read_any_text(path)?).map_err(at(path))?;
     shapes(path, obj, material, contents)
@@ -47,7 +47,7 @@ pub fn load(
 pub fn load_whole(
     path: &Path,
     material: usize,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<Vec<ShapeDescription>> {
     let obj = ObjText::read_whole(&read_any_text(path)?).map_err(at(path))?;
     shapes(path, obj, Some(material), contents)
@@ -57,7 +57,7 @@ fn shapes(
     path: &Path,
     mut obj: ObjText,
     material: Option<usize>,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<Vec<ShapeDescription>> {
     if obj.parts.is_empty() {
         return Err(Error::scene("expected a model, found no faces").in_file(path));
@@ -76,7 +76,7 @@ fn shapes(
     {
         contents.note(Note::at(Place::of_file(path), NoteKind::Omission, text));
     }
-    let surfaces: Vec<Surface> = match material {
+    let surfaces: Vec<ObjMaterial> = match material {
         Some(index) => vec![(index, None); obj.materials.len()],
         // No face is grey.
         None if has_colours && obj.libraries.is_empty() && obj.materials.is_empty() => vec![],
@@ -144,12 +144,12 @@ fn linear(encoded: &[f64]) -> Vec<Rgb> {
 }
 
 /// Converts a complaint about a line of a file into an error.
-fn at(path: &Path) -> impl Fn(Complaint) -> Error {
+fn at(path: &Path) -> impl Fn(LineError) -> Error {
     move |(line, why)| Error::scene(why).in_file(path).at_line(line)
 }
 
 /// Reads the materials that the faces refer to from the file's libraries.
-fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<Surface>> {
+fn surfaces(path: &Path, obj: &ObjText, contents: &mut SceneContents) -> Result<Vec<ObjMaterial>> {
     if obj.libraries.is_empty() {
         let grey = contents.default_material();
         contents.note(Note::at(
@@ -175,7 +175,7 @@ fn surfaces(path: &Path, obj: &ObjText, contents: &mut Contents) -> Result<Vec<S
                 .map_err(|error| named_in(error, path, *line))?;
         }
     }
-    let mut surface = |(line, name): &(usize, String)| -> Result<Surface> {
+    let mut surface = |(line, name): &(usize, String)| -> Result<ObjMaterial> {
         let Some(entry) = known.get(name) else {
             let names: Vec<&str> = known.keys().map(String::as_str).collect();
             let text = format!("{}; drawn grey", unknown_name("material", name, &names));

@@ -2,7 +2,7 @@
 //!
 //! The parser, tobj, does not report lines and accepts numbers that are not finite. It also fails where only some
 //! corners of a group have texture coordinates, and repeats a group's name for each change of material. This pass
-//! therefore checks every line and rewrites the file: first all vertices, then one group for each [`Part`].
+//! therefore checks every line and rewrites the file: first all vertices, then one group for each [`FaceGroup`].
 //!
 //! Measure: lines and indices count from 1, as in the file; colours of vertices are sRGB values.
 //! Range: errors have their line. Repaired: points and lines are left out; weights of vertices are dropped; a vertex without
@@ -16,7 +16,7 @@ use std::collections::HashMap;
 use std::fmt::Write;
 
 /// The line of an error, and its message.
-pub type Complaint = (usize, String);
+pub type LineError = (usize, String);
 
 /// A checked OBJ file.
 #[derive(Debug, Default)]
@@ -24,7 +24,7 @@ pub struct ObjText {
     /// The lines of all vertices, texture coordinates and normals.
     vertices: String,
     /// All faces, grouped by part.
-    pub parts: Vec<Part>,
+    pub parts: Vec<FaceGroup>,
     /// The names given by `o` and `g`.
     pub groups: Vec<String>,
     /// The files named by `mtllib`, with their lines.
@@ -39,7 +39,7 @@ pub struct ObjText {
 
 /// The faces of one group and one material, with texture coordinates and normals for all corners or for none.
 #[derive(Debug)]
-pub struct Part {
+pub struct FaceGroup {
     /// Index into [`ObjText::groups`]; `None` before the first group.
     pub group: Option<usize>,
     /// Index into [`ObjText::materials`].
@@ -55,23 +55,23 @@ impl ObjText {
     ///
     /// # Errors
     /// The first invalid line.
-    pub fn read(text: &str) -> Result<Self, Complaint> {
-        Self::read_by(Reader::default(), text)
+    pub fn read(text: &str) -> Result<Self, LineError> {
+        Self::read_by(ObjParser::default(), text)
     }
 
     /// Reads all lines but those of groups and materials.
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn read_whole(text: &str) -> Result<Self, Complaint> {
-        let reader = Reader {
+    pub fn read_whole(text: &str) -> Result<Self, LineError> {
+        let reader = ObjParser {
             is_whole: true,
-            ..Reader::default()
+            ..ObjParser::default()
         };
         Self::read_by(reader, text)
     }
 
-    fn read_by(mut reader: Reader, text: &str) -> Result<Self, Complaint> {
+    fn read_by(mut reader: ObjParser, text: &str) -> Result<Self, LineError> {
         for (line, content) in logical_lines(text) {
             reader.read(line, &content).map_err(|why| (line, why))?;
         }
@@ -134,7 +134,7 @@ type PartKey = (Option<usize>, Option<usize>, [bool; 2]);
 
 /// The parser's state between lines.
 #[derive(Default)]
-struct Reader {
+struct ObjParser {
     obj: ObjText,
     /// Whether groups and materials are ignored.
     is_whole: bool,
@@ -150,7 +150,7 @@ struct Reader {
     corners: Vec<Corner>,
 }
 
-impl Reader {
+impl ObjParser {
     fn read(&mut self, line: usize, content: &str) -> Result<(), String> {
         let mut words = content.split_whitespace();
         let Some(keyword) = words.next() else {
@@ -271,7 +271,7 @@ impl Reader {
         }
         let key = (self.group, self.material, complete);
         let part = *self.parts.entry(key).or_insert_with(|| {
-            self.obj.parts.push(Part {
+            self.obj.parts.push(FaceGroup {
                 group: self.group,
                 material: self.material,
                 line,

@@ -16,14 +16,14 @@ use toml::de::{DeTable, DeValue};
 
 /// The text of a scene file, with its line starts.
 #[derive(Debug)]
-pub struct Document<'a> {
+pub struct TomlDocument<'a> {
     file: &'a Path,
     text: &'a str,
     /// The offset in bytes of the start of each line.
     lines: Vec<usize>,
 }
 
-impl<'a> Document<'a> {
+impl<'a> TomlDocument<'a> {
     /// Returns the document of a file with this content.
     pub fn new(file: &'a Path, text: &'a str) -> Self {
         let starts = text.match_indices('\n').map(|(newline, _)| newline + 1);
@@ -63,7 +63,7 @@ impl<'a> Document<'a> {
 
 /// A table that records which keys were requested.
 pub struct Table<'a> {
-    document: &'a Document<'a>,
+    document: &'a TomlDocument<'a>,
     /// The path in the document, such as `shape[2]`; empty for the root table.
     path: String,
     table: &'a DeTable<'a>,
@@ -74,7 +74,7 @@ pub struct Table<'a> {
 /// A value with its path and position.
 #[derive(Clone)]
 pub struct Value<'a> {
-    document: &'a Document<'a>,
+    document: &'a TomlDocument<'a>,
     path: String,
     value: &'a DeValue<'a>,
     span: Range<usize>,
@@ -82,7 +82,7 @@ pub struct Value<'a> {
 
 impl<'a> Table<'a> {
     /// Returns the root table of the document.
-    pub fn root(document: &'a Document<'a>, parsed: &'a Spanned<DeTable<'a>>) -> Self {
+    pub fn root(document: &'a TomlDocument<'a>, parsed: &'a Spanned<DeTable<'a>>) -> Self {
         Self {
             document,
             path: String::new(),
@@ -382,7 +382,7 @@ mod tests {
     use super::*;
 
     fn check(text: &str, read: impl Fn(&Table<'_>) -> Result<()>) -> String {
-        let document = Document::new(Path::new("a.toml"), text);
+        let document = TomlDocument::new(Path::new("a.toml"), text);
         let result = document.parse().and_then(|parsed| {
             let table = Table::root(&document, &parsed);
             read(&table).and_then(|()| table.finish())

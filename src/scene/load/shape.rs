@@ -5,7 +5,7 @@
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs`.
 
 use super::colour::{Bound, colour};
-use super::contents::Contents;
+use super::contents::SceneContents;
 use super::instance::group;
 use super::motion::motion;
 use super::obj;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 /// The types of shapes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Type {
+enum ShapeType {
     Obj,
     Ply,
     Mesh,
@@ -31,21 +31,26 @@ enum Type {
     Box,
 }
 
-const TYPES: &[(&str, Type)] = &[
-    ("obj", Type::Obj),
-    ("ply", Type::Ply),
-    ("mesh", Type::Mesh),
-    ("sphere", Type::Sphere),
-    ("rectangle", Type::Rectangle),
-    ("disk", Type::Disk),
-    ("box", Type::Box),
+const TYPES: &[(&str, ShapeType)] = &[
+    ("obj", ShapeType::Obj),
+    ("ply", ShapeType::Ply),
+    ("mesh", ShapeType::Mesh),
+    ("sphere", ShapeType::Sphere),
+    ("rectangle", ShapeType::Rectangle),
+    ("disk", ShapeType::Disk),
+    ("box", ShapeType::Box),
 ];
 
 /// Reads one `[[shape]]` table into `contents`; an OBJ file yields several shapes.
 ///
 /// # Errors
 /// If an entry is not as the format requires, or the file that it names is invalid.
-pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Contents) -> Result<()> {
+pub fn shape(
+    value: &Value<'_>,
+    file: &Path,
+    index: usize,
+    contents: &mut SceneContents,
+) -> Result<()> {
     let table = value.table()?;
     let kind = table.required("type")?;
     let shape_type = kind.one_of(TYPES)?;
@@ -73,7 +78,7 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
     let group = group(&table, contents)?;
     let place = Place::on_line(file, value.line());
 
-    if shape_type == Type::Obj {
+    if shape_type == ShapeType::Obj {
         let model = table.required("file")?;
         let path = folder.join(model.text()?);
         table.finish()?;
@@ -91,7 +96,7 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
         contents.shapes.append(&mut shapes);
         return Ok(());
     }
-    let (geometry, material) = if shape_type == Type::Ply {
+    let (geometry, material) = if shape_type == ShapeType::Ply {
         let model = table.required("file")?;
         let path = folder.join(model.text()?);
         table.finish()?;
@@ -118,7 +123,7 @@ pub fn shape(value: &Value<'_>, file: &Path, index: usize, contents: &mut Conten
 fn ply(
     path: &Path,
     material: Option<usize>,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<(GeometryDescription, usize)> {
     let (mesh, colours) = contents.ply(path)?;
     if let Some(material) = material {
@@ -139,14 +144,14 @@ fn named_by(error: Error, value: &Value<'_>) -> Error {
     value.error(error.to_string()).of_kind(kind)
 }
 
-fn find_material(value: &Value<'_>, contents: &Contents) -> Result<usize> {
+fn find_material(value: &Value<'_>, contents: &SceneContents) -> Result<usize> {
     let name = value.text()?;
     contents
         .material_named(name)
         .ok_or_else(|| value.error(unknown_name("material", name, &contents.material_names())))
 }
 
-fn geometry(shape_type: Type, table: &Table<'_>) -> Result<GeometryDescription> {
+fn geometry(shape_type: ShapeType, table: &Table<'_>) -> Result<GeometryDescription> {
     let point = |key| table.required(key).and_then(|value| value.vec3());
     let length = |key| {
         table
@@ -162,16 +167,16 @@ fn geometry(shape_type: Type, table: &Table<'_>) -> Result<GeometryDescription> 
         }
     };
     Ok(match shape_type {
-        Type::Sphere => GeometryDescription::Sphere {
+        ShapeType::Sphere => GeometryDescription::Sphere {
             center: point("center")?,
             radius: length("radius")?,
         },
-        Type::Disk => GeometryDescription::Disk {
+        ShapeType::Disk => GeometryDescription::Disk {
             center: point("center")?,
             normal: direction("normal")?,
             radius: length("radius")?,
         },
-        Type::Rectangle => {
+        ShapeType::Rectangle => {
             let corner = point("corner")?;
             let (edge_u, edge_v) = (direction("edge_u")?, direction("edge_v")?);
             if edge_u.cross(edge_v) == DVec3::ZERO {
@@ -185,15 +190,15 @@ fn geometry(shape_type: Type, table: &Table<'_>) -> Result<GeometryDescription> 
                 edge_v,
             }
         }
-        Type::Box => {
+        ShapeType::Box => {
             let (min, max) = (point("min")?, point("max")?);
             if !min.cmplt(max).all() {
                 return Err(table.error("expected every coordinate of min below that of max"));
             }
             GeometryDescription::Box { min, max }
         }
-        Type::Mesh => GeometryDescription::Mesh(Arc::new(mesh(table)?)),
-        Type::Obj | Type::Ply => unreachable!("read by its caller"),
+        ShapeType::Mesh => GeometryDescription::Mesh(Arc::new(mesh(table)?)),
+        ShapeType::Obj | ShapeType::Ply => unreachable!("read by its caller"),
     })
 }
 

@@ -34,7 +34,7 @@ pub struct Spectrum(Vec<[f64; 2]>);
 
 /// A spectrum with a name.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Named {
+pub enum NamedSpectrum {
     /// The colour of an illuminant, of luminance 1.
     Light(Rgb),
     /// The real or imaginary part of a refractive index.
@@ -134,15 +134,15 @@ impl Spectrum {
 }
 
 /// The spectrum of this name, if there is one.
-pub fn named(name: &str) -> Option<Named> {
+pub fn named(name: &str) -> Option<NamedSpectrum> {
     named_spectra::INDICES
         .iter()
         .find(|(known, _)| *known == name)
-        .map(|&(_, index)| Named::Index(Rgb::from(index)))
+        .map(|&(_, index)| NamedSpectrum::Index(Rgb::from(index)))
         .or_else(|| {
             let mut lights = named_spectra::ILLUMINANTS.iter();
             let (_, xy) = lights.find(|(known, _)| *known == name)?;
-            Some(Named::Light(chromaticity(*xy)))
+            Some(NamedSpectrum::Light(chromaticity(*xy)))
         })
 }
 
@@ -353,8 +353,11 @@ mod tests {
 
     #[test]
     fn named_spectra_are_found_by_name() {
-        assert!(matches!(named("metal-Cu-eta"), Some(Named::Index(_))));
-        let Some(Named::Light(d65)) = named("stdillum-D65") else {
+        assert!(matches!(
+            named("metal-Cu-eta"),
+            Some(NamedSpectrum::Index(_))
+        ));
+        let Some(NamedSpectrum::Light(d65)) = named("stdillum-D65") else {
             panic!("it has a name");
         };
         near(d65, [1.0; 3], 2e-3);

@@ -5,8 +5,8 @@
 //! Source: docs/scene-format.md. Tested in `tests/loading/scene_files.rs` and `cli/tests/command/bad_input.rs`.
 
 use super::camera::camera;
-use super::contents::Contents;
-use super::reader::{Document, Table, Value};
+use super::contents::SceneContents;
+use super::reader::{Table, TomlDocument, Value};
 use super::{instance, light, material, read_text, shape};
 use crate::error::Result;
 use crate::film::filter::MAX_RADIUS;
@@ -23,7 +23,7 @@ use std::path::Path;
 /// If an entry is not as the format requires, or a file that it names is invalid.
 pub fn load(path: &Path) -> Result<SceneDescription> {
     let text = read_text(path)?;
-    let document = Document::new(path, &text);
+    let document = TomlDocument::new(path, &text);
     let parsed = document.parse()?;
     let root = Table::root(&document, &parsed);
     let version = root.required("version")?;
@@ -36,7 +36,7 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
         Some(render) => render_table(render.table()?)?,
         None => RenderDescription::default(),
     };
-    let mut contents = Contents::default();
+    let mut contents = SceneContents::default();
     for entry in list(&root, "material")? {
         let material = material::material(&entry, path, &mut contents.textures)?;
         let name = material.name.clone();

@@ -9,7 +9,7 @@
 //! the interpolation by at most a quarter of the excess. The corner with the least excess is chosen.
 //! Source: none needed. Tested below.
 
-use super::contents::Contents;
+use super::contents::SceneContents;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::image::Image;
@@ -30,7 +30,7 @@ pub fn to_material(
     mesh: &mut MeshDescription,
     colours: &[Rgb],
     place: Place,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<usize> {
     let reflectance = to_texture(mesh, colours)?;
     let model = MaterialModel::Diffuse { reflectance };
@@ -61,7 +61,7 @@ pub fn to_texture(mesh: &mut MeshDescription, colours: &[Rgb]) -> Result<ColourD
     let mut corners = Vec::with_capacity(3 * count);
     for (index, triangle) in mesh.indices.iter().enumerate() {
         let (x, y) = (2 * (index % columns), 2 * (index / columns));
-        let block = Block::around(triangle.map(|i| colours[i as usize]), brightest);
+        let block = TriangleTexels::around(triangle.map(|i| colours[i as usize]), brightest);
         for corner in 0..3 {
             // The places of the corners in the block, counter-clockwise from the one opposite to the fourth texel.
             let (dx, dy) = [(0, 0), (1, 0), (0, 1)][(corner + 3 - block.origin) % 3];
@@ -95,14 +95,14 @@ pub fn to_texture(mesh: &mut MeshDescription, colours: &[Rgb]) -> Result<ColourD
 pub const BYTES: u64 = 4 * 16 + 3 * 64 + 3 * 8 + 12;
 
 /// The four texels of a triangle.
-struct Block {
+struct TriangleTexels {
     colours: [Rgb; 3],
     /// The corner opposite to the fourth texel.
     origin: usize,
     fourth: Rgb,
 }
 
-impl Block {
+impl TriangleTexels {
     fn around(colours: [Rgb; 3], brightest: f32) -> Self {
         let fourth = |origin: usize| {
             let [a, b, c] = [0, 1, 2].map(|i| colours[(origin + i) % 3].to_array());

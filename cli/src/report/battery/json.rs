@@ -9,7 +9,7 @@ use etendue_lab::verdict::Verdict;
 use serde::Serialize;
 
 #[derive(Serialize)]
-struct Document<'a> {
+struct BatteryDocument<'a> {
     command: &'a str,
     passed: usize,
     failed: usize,
@@ -20,7 +20,7 @@ struct Document<'a> {
 
 /// Returns the report with its command as one object.
 pub fn of_report(report: &BatteryReport, command: &str) -> String {
-    let document = Document {
+    let document = BatteryDocument {
         command,
         passed: report.count(Verdict::Passed),
         failed: report.count(Verdict::Failed),

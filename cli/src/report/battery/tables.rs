@@ -9,7 +9,7 @@ use crate::report::table::{Table, numbers, words};
 use etendue_lab::battery::case::{Effort, Peers};
 use etendue_lab::battery::claim::Relation;
 use etendue_lab::battery::report::{BatteryReport, CaseReport};
-use etendue_lab::battery::{SUBJECTS, Subject};
+use etendue_lab::battery::{CaseGroup, SUBJECTS};
 use etendue_lab::verdict::Verdict;
 use std::time::Duration;
 
@@ -43,7 +43,7 @@ pub fn markdown(report: &BatteryReport, command: &str) -> String {
 /// Returns all tables that have rows.
 pub fn all(report: &BatteryReport) -> Vec<Table> {
     let mut tables = vec![peers(report)];
-    let of_subject = |subject: &Subject| {
+    let of_subject = |subject: &CaseGroup| {
         let cases = report.results.iter();
         let cases: Vec<_> = cases.filter(|case| case.subject == subject.name).collect();
         cases_table(subject, &cases)
@@ -91,7 +91,7 @@ fn peers(report: &BatteryReport) -> Table {
     }
 }
 
-fn cases_table(subject: &Subject, cases: &[&CaseReport]) -> Table {
+fn cases_table(subject: &CaseGroup, cases: &[&CaseReport]) -> Table {
     let row = |case: &&CaseReport| {
         let at_most = match case.claim.relation {
             Relation::Equal => "",

@@ -10,7 +10,7 @@ use etendue::internals::accel::Backend;
 use etendue::internals::accel::batch::PacketWidth;
 use etendue::internals::integrator::observer::RayKind;
 use etendue_lab::bench::report::{BenchReport, SceneReport, TraceReport};
-use etendue_lab::bench::target::Variant;
+use etendue_lab::bench::target::TracingMode;
 use serde::{Serialize, Serializer};
 
 /// A backend that is compared, with or without packets.
@@ -82,7 +82,7 @@ pub fn contenders<'a>(scenes: impl IntoIterator<Item = &'a SceneReport> + Copy) 
             packets: true,
         });
         let has_packets = |trace: &TraceReport| {
-            let Variant { target, packets } = trace.variant;
+            let TracingMode { target, packets } = trace.variant;
             target.backend == backend && packets.width > PacketWidth::One
         };
         if traces.iter().any(|trace| has_packets(trace)) {

@@ -14,7 +14,7 @@ use crate::report::table::Table;
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::math::stats::Spread;
-use etendue_lab::bench::parts::Part;
+use etendue_lab::bench::parts::SamplePart;
 use etendue_lab::bench::report::{BenchReport, OverheadReport, SceneReport};
 use maud::{Markup, html};
 
@@ -270,15 +270,19 @@ fn builds(scene: &SceneReport) -> Vec<Group> {
 }
 
 /// Returns the parts of a sample: the floor, tracing beyond the floor, and everything else.
-fn parts(overhead: &OverheadReport) -> Vec<chart::Part> {
-    let traces = |name: &str| Part::ALL.iter().any(|p| p.traces() && p.name() == name);
+fn parts(overhead: &OverheadReport) -> Vec<chart::BarPart> {
+    let traces = |name: &str| {
+        SamplePart::ALL
+            .iter()
+            .any(|p| p.traces() && p.name() == name)
+    };
     let tracing = overhead.parts.iter().filter(|part| traces(part.part));
     let tracing: f64 = tracing.map(|part| part.nanoseconds).sum();
     let floor = ("the floor", overhead.floor);
     let beyond = ("the rest of tracing", (tracing - overhead.floor).max(0.0));
     let others = overhead.parts.iter().filter(|part| !traces(part.part));
     let others = others.map(|part| (part.part, part.nanoseconds));
-    let part = |(hue, (label, value)): (usize, (&str, f64))| chart::Part {
+    let part = |(hue, (label, value)): (usize, (&str, f64))| chart::BarPart {
         label: label.to_owned(),
         value,
         text: format!("{} ns", digits(value)),

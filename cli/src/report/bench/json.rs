@@ -10,7 +10,7 @@ use serde::Serialize;
 
 /// The JSON document.
 #[derive(Serialize)]
-struct Document<'a> {
+struct BenchDocument<'a> {
     command: &'a str,
     #[serde(flatten)]
     report: &'a BenchReport,
@@ -39,7 +39,7 @@ struct DerivedScene<'a> {
 pub fn of_report(report: &BenchReport, command: &str) -> String {
     let backends = compare::backends(&report.scenes);
     let scenes = report.scenes.iter();
-    let document = Document {
+    let document = BenchDocument {
         command,
         report,
         derived: Derived {

@@ -8,12 +8,12 @@ use etendue::internals::accel::batch::Packets;
 use etendue::internals::accel::{Backend, Precision, Quality};
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::math::stats::Spread;
-use etendue_lab::bench::parts::Part;
+use etendue_lab::bench::parts::SamplePart;
 use etendue_lab::bench::report::{
     AgreementReport, BenchReport, BuildReport, LeakReport, Machine, ObvhsReport, OverheadReport,
     PartReport, RayCount, SceneReport, TraceReport,
 };
-use etendue_lab::bench::target::{Target, Variant};
+use etendue_lab::bench::target::{Target, TracingMode};
 
 /// Returns a structure of a backend.
 pub fn target(backend: Backend) -> Target {
@@ -37,7 +37,7 @@ fn about(time: f64) -> Spread {
 pub fn trace(kind: RayKind, backend: Backend, nanoseconds: f64) -> TraceReport {
     TraceReport {
         kind,
-        variant: Variant {
+        variant: TracingMode {
             target: target(backend),
             packets: Packets::default(),
         },
@@ -74,7 +74,7 @@ fn scene() -> SceneReport {
     let [first, second] = [Backend::ALL[0], Backend::ALL[1]];
     let camera = trace(RayKind::Camera, first, 50.0);
     let slow = TraceReport {
-        variant: Variant {
+        variant: TracingMode {
             target: Target {
                 precision: Precision::Robust,
                 ..target(first)
@@ -139,9 +139,9 @@ fn overhead(best: TraceReport) -> OverheadReport {
         best: vec![best],
         factor: about(4.0),
         parts: vec![
-            part(Part::ClosestHits.name(), 140.0),
+            part(SamplePart::ClosestHits.name(), 140.0),
             part("scattering", 250.0),
-            part(Part::ShadowRays.name(), 110.0),
+            part(SamplePart::ShadowRays.name(), 110.0),
         ],
         load: 0.5,
         build: 0.25,

@@ -12,7 +12,7 @@ use etendue::internals::integrator::observer::RayKind;
 use etendue_lab::bench::report::{
     AgreementReport, BenchReport, OverheadReport, SceneReport, TraceReport,
 };
-use etendue_lab::bench::target::Variant;
+use etendue_lab::bench::target::TracingMode;
 
 /// Describes the spread of the numbers.
 fn runs(rounds: usize) -> String {
@@ -199,7 +199,7 @@ pub fn variants(report: &BenchReport, scene: &SceneReport) -> Table {
 }
 
 /// Returns the configurations in which a backend traced, in the order of the report.
-pub fn ways(scene: &SceneReport, backend: Option<Backend>) -> Vec<Variant> {
+pub fn ways(scene: &SceneReport, backend: Option<Backend>) -> Vec<TracingMode> {
     let mut ways = Vec::new();
     for trace in &scene.traces {
         let own = Some(trace.variant.target.backend) == backend;
@@ -211,7 +211,7 @@ pub fn ways(scene: &SceneReport, backend: Option<Backend>) -> Vec<Variant> {
 }
 
 /// Returns the result of a kind of rays in one configuration.
-pub fn trace_of(scene: &SceneReport, kind: RayKind, variant: Variant) -> Option<&TraceReport> {
+pub fn trace_of(scene: &SceneReport, kind: RayKind, variant: TracingMode) -> Option<&TraceReport> {
     let mut traces = scene.traces.iter();
     traces.find(|trace| trace.kind == kind && trace.variant == variant)
 }

@@ -5,7 +5,7 @@
 //! Source: the spread of such timings justifies three digits. Tested below.
 
 use etendue::internals::math::stats::Spread;
-use etendue_lab::bench::target::Variant;
+use etendue_lab::bench::target::TracingMode;
 
 /// Formats a number with three digits, or with all digits of its whole part if it has more.
 pub fn digits(number: f64) -> String {
@@ -36,7 +36,7 @@ pub fn ratio(ratio: Option<f64>) -> String {
 }
 
 /// Describes the configuration of tracing without the backend: `fast high, 8 wide, coherent`.
-pub fn way(variant: &Variant) -> String {
+pub fn way(variant: &TracingMode) -> String {
     let target = variant.target;
     let built = format!("{} {}", target.precision.name(), target.quality.name());
     let coherent = if variant.packets.coherent {

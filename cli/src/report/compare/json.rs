@@ -13,7 +13,7 @@ use serde::Serialize;
 
 /// The complete report.
 #[derive(Debug, Serialize)]
-pub struct Report {
+pub struct CompareReport {
     /// The image file.
     pub image: String,
     /// The reference file.
@@ -34,7 +34,7 @@ pub struct Report {
     /// Caveats about the numbers.
     pub notes: Vec<String>,
     /// The verdict, for scripts.
-    pub verdict: Verdict,
+    pub verdict: JudgedMetric,
 }
 
 /// A map that was written.
@@ -48,14 +48,14 @@ pub struct MapReport {
 
 /// The metric that a comparison is judged by, its value and its tolerance.
 #[derive(Debug, Serialize)]
-pub struct Verdict {
+pub struct JudgedMetric {
     metric: &'static str,
     value: f64,
     tolerance: Option<f64>,
     passed: bool,
 }
 
-impl Verdict {
+impl JudgedMetric {
     /// Judges a comparison.
     pub fn of(arguments: &CompareArguments, metrics: &Metrics, flip: Option<f64>) -> Self {
         let value = match arguments.metric {
@@ -75,7 +75,7 @@ impl Verdict {
     }
 }
 
-impl Report {
+impl CompareReport {
     /// Whether the error is within the tolerance.
     pub fn passed(&self) -> bool {
         self.verdict.passed

@@ -4,7 +4,7 @@
 //! Range: any report.
 //! Source: docs/accuracy.md, "Comparing two images". Tested in `cli/tests/command/compare.rs`.
 
-use super::json::Report;
+use super::json::CompareReport;
 use crate::output::format_percent;
 use crate::report::lesson::significant;
 use crate::report::table::{Table, numbers, words};
@@ -16,7 +16,7 @@ const WORST_TILES: usize = 5;
 const CHANNELS: [&str; 3] = ["R", "G", "B"];
 
 /// Returns all tables as Markdown.
-pub fn markdown(report: &Report) -> String {
+pub fn markdown(report: &CompareReport) -> String {
     let mut tables = vec![whole(report), channels(report)];
     if !report.metrics.tiles.is_empty() {
         tables.push(worst_tiles(report));
@@ -24,7 +24,7 @@ pub fn markdown(report: &Report) -> String {
     tables.iter().map(|table| table.markdown(3)).collect()
 }
 
-fn whole(report: &Report) -> Table {
+fn whole(report: &CompareReport) -> Table {
     let metrics = &report.metrics;
     let row =
         |name: &str, value: String, meaning: &str| vec![name.to_owned(), value, meaning.to_owned()];
@@ -77,7 +77,7 @@ fn whole(report: &Report) -> Table {
     }
 }
 
-fn channels(report: &Report) -> Table {
+fn channels(report: &CompareReport) -> Table {
     let bias = report.bias.as_ref();
     let rows = CHANNELS.iter().enumerate().map(|(c, name)| {
         let difference = format_percent(report.metrics.mean_differences[c]);
@@ -144,7 +144,7 @@ fn describe_bias(bias: &BiasTest) -> String {
     )
 }
 
-fn worst_tiles(report: &Report) -> Table {
+fn worst_tiles(report: &CompareReport) -> Table {
     let tiles = report.metrics.tiles.iter().take(WORST_TILES);
     let rows = tiles.map(|error| {
         let tile = error.tile;

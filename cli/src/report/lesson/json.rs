@@ -11,13 +11,13 @@ use serde::Serialize;
 use std::path::Path;
 
 #[derive(Serialize)]
-struct Document<'a> {
+struct LessonIndexDocument<'a> {
     seed: u64,
-    topics: Vec<Lesson<'a>>,
+    topics: Vec<LessonDocument<'a>>,
 }
 
 #[derive(Serialize)]
-struct Lesson<'a> {
+struct LessonDocument<'a> {
     name: &'a str,
     title: &'a str,
     summary: &'a str,
@@ -28,12 +28,12 @@ struct Lesson<'a> {
 }
 
 #[derive(Serialize)]
-struct Contents {
-    topics: Vec<Entry>,
+struct LessonContents {
+    topics: Vec<LessonEntry>,
 }
 
 #[derive(Serialize)]
-struct Entry {
+struct LessonEntry {
     name: &'static str,
     title: &'static str,
     summary: &'static str,
@@ -41,7 +41,7 @@ struct Entry {
 
 /// Returns the finished topics as one object.
 pub fn of_pages<'a>(done: &'a [Done], seed: u64) -> String {
-    let lesson = |Done { topic, page, file }: &'a Done| Lesson {
+    let lesson = |Done { topic, page, file }: &'a Done| LessonDocument {
         name: topic.name,
         title: topic.title,
         summary: topic.summary,
@@ -49,7 +49,7 @@ pub fn of_pages<'a>(done: &'a [Done], seed: u64) -> String {
         file,
         page,
     };
-    text(&Document {
+    text(&LessonIndexDocument {
         seed,
         topics: done.iter().map(lesson).collect(),
     })
@@ -57,12 +57,12 @@ pub fn of_pages<'a>(done: &'a [Done], seed: u64) -> String {
 
 /// Returns the table of contents as one object.
 pub fn of_contents() -> String {
-    let entries = TOPICS.iter().map(|topic| Entry {
+    let entries = TOPICS.iter().map(|topic| LessonEntry {
         name: topic.name,
         title: topic.title,
         summary: topic.summary,
     });
-    text(&Contents {
+    text(&LessonContents {
         topics: entries.collect(),
     })
 }

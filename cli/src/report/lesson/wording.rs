@@ -6,7 +6,7 @@
 
 use crate::report::plot::superscript;
 use crate::report::table::{Table, numbers, words};
-use etendue_lab::lesson::number::{Number, Technique};
+use etendue_lab::lesson::number::{MeasuredTechnique, Number};
 
 /// Formats a number with `digits` significant digits, without trailing zeros.
 pub fn significant(number: f64, digits: usize) -> String {
@@ -87,14 +87,14 @@ pub fn number_table(reading: &str, all: &[Number]) -> Table {
 }
 
 /// Returns a table of techniques with their efficiencies.
-pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
+pub fn technique_table(reading: &str, all: &[MeasuredTechnique]) -> Table {
     let first = all
         .first()
         .map_or(f64::NAN, |technique| technique.efficiency);
     let exact = all
         .iter()
         .any(|technique| technique.exact_variance.is_some());
-    let row = |technique: &Technique| {
+    let row = |technique: &MeasuredTechnique| {
         let mut cells = vec![technique.name.clone(), significant(technique.variance, 4)];
         if exact {
             cells.push(
@@ -125,7 +125,7 @@ pub fn technique_table(reading: &str, all: &[Technique]) -> Table {
 }
 
 /// Formats an efficiency, with the smallest and the largest if there are several.
-fn efficiency(technique: &Technique) -> String {
+fn efficiency(technique: &MeasuredTechnique) -> String {
     let middle = significant(technique.efficiency, 3);
     match technique.efficiency_range {
         None => middle,
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn technique_table_rows_match_the_header_length() {
-        let technique = Technique::new("it", &Moments::of([1.0, 2.0]), 1e-9);
+        let technique = MeasuredTechnique::new("it", &Moments::of([1.0, 2.0]), 1e-9);
         for technique in [technique.clone(), technique.exactly(0.5)] {
             let table = technique_table("", &[technique]);
             assert_eq!(table.rows[0].len(), table.head.len());

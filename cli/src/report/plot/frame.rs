@@ -5,22 +5,22 @@
 //! Source: none needed. Tested in `mod.rs`.
 
 use super::scale::Ruler;
-use etendue_lab::plot::{Mark, Plot, Shape};
+use etendue_lab::plot::{AspectRatio, Mark, Plot};
 
 /// The frame of a plot: its inner size and its axes.
-pub struct Frame {
+pub struct PlotFrame {
     pub width: f64,
     pub height: f64,
     pub x: Ruler,
     pub y: Ruler,
 }
 
-impl Frame {
+impl PlotFrame {
     /// Creates the frame of a plot.
     pub fn new(plot: &Plot) -> Self {
         let (width, height) = match plot.shape {
-            Shape::Wide => (482.0, 260.0),
-            Shape::Square => (300.0, 300.0),
+            AspectRatio::Wide => (482.0, 260.0),
+            AspectRatio::Square => (300.0, 300.0),
         };
         let points = || plot.series.iter().flat_map(|series| &series.points);
         let ribbons = || plot.series.iter().flat_map(|series| &series.ribbon);

@@ -4,7 +4,7 @@
 //! Range: any labels; one that would cover another or leave the frame at all four corners of its point is left out.
 //! Source: none needed. Tested below.
 
-use super::frame::{Frame, round};
+use super::frame::{PlotFrame, round};
 use crate::report::chart::HUES;
 use etendue_lab::plot::Series;
 use maud::{Markup, html};
@@ -17,7 +17,7 @@ const WIDTH: f64 = 8.0;
 const AWAY: f64 = 7.0;
 
 /// A placed text.
-struct Placed<'a> {
+struct PlacedLabel<'a> {
     text: &'a str,
     hue: usize,
     /// The left end of its base line.
@@ -27,7 +27,7 @@ struct Placed<'a> {
 }
 
 /// Draws the labels of all series.
-pub fn drawn(series: &[Series], frame: &Frame) -> Markup {
+pub fn drawn(series: &[Series], frame: &PlotFrame) -> Markup {
     html! {
         @for placed in placed(series, frame) {
             g class=(format!("series-{}", placed.hue % HUES)) {
@@ -37,8 +37,8 @@ pub fn drawn(series: &[Series], frame: &Frame) -> Markup {
     }
 }
 
-fn placed<'a>(series: &'a [Series], frame: &Frame) -> Vec<Placed<'a>> {
-    let mut all: Vec<Placed<'a>> = Vec::new();
+fn placed<'a>(series: &'a [Series], frame: &PlotFrame) -> Vec<PlacedLabel<'a>> {
+    let mut all: Vec<PlacedLabel<'a>> = Vec::new();
     for series in series {
         for label in &series.labels {
             let Some([x, y]) = frame.at(label.point[0], label.point[1]) else {
@@ -63,7 +63,7 @@ fn placed<'a>(series: &'a [Series], frame: &Frame) -> Vec<Placed<'a>> {
                 let is_free = all.iter().all(|other| !overlap(&area, &other.area));
                 (is_inside && is_free).then_some(area)
             });
-            all.extend(place.map(|area| Placed {
+            all.extend(place.map(|area| PlacedLabel {
                 text: &label.text,
                 hue: series.hue,
                 at: [area[0], area[3] - 0.25 * HEIGHT],
@@ -81,7 +81,7 @@ fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use etendue_lab::plot::{Axis, Label, Mark, Plot, Shape};
+    use etendue_lab::plot::{AspectRatio, Axis, Label, Mark, Plot};
 
     fn labels(points: &[[f64; 2]]) -> Vec<[f64; 4]> {
         let labels = points.iter().map(|&point| Label {
@@ -92,12 +92,12 @@ mod tests {
         let plot = Plot {
             title: String::new(),
             reading: String::new(),
-            shape: Shape::Square,
+            shape: AspectRatio::Square,
             x: Axis::linear("x").over(0.0, 1.0),
             y: Axis::linear("y").over(0.0, 1.0),
             series: vec![series],
         };
-        let frame = Frame::new(&plot);
+        let frame = PlotFrame::new(&plot);
         placed(&plot.series, &frame)
             .iter()
             .map(|it| it.area)

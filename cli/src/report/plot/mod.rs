@@ -16,8 +16,8 @@ mod scale;
 
 use super::chart::HUES;
 use super::prose::prose;
-use etendue_lab::plot::{Mark, Plot, Series, Shape};
-use frame::{Frame, round};
+use etendue_lab::plot::{AspectRatio, Mark, Plot, Series};
+use frame::{PlotFrame, round};
 use maud::{Markup, html};
 pub use scale::superscript;
 use std::fmt::Write;
@@ -38,8 +38,8 @@ const MAX_LARGE_DOTS: usize = 200;
 pub fn figure(plot: &Plot) -> Markup {
     let named = plot.series.iter().filter(|series| !series.name.is_empty());
     let class = match plot.shape {
-        Shape::Wide => "plot",
-        Shape::Square => "plot square",
+        AspectRatio::Wide => "plot",
+        AspectRatio::Square => "plot square",
     };
     html! {
         figure class=(class) {
@@ -53,13 +53,13 @@ pub fn figure(plot: &Plot) -> Markup {
 
 /// Builds several plots, side by side if there is room.
 pub fn figures(plots: &[Plot]) -> Markup {
-    let squares = plots.iter().all(|plot| plot.shape == Shape::Square);
+    let squares = plots.iter().all(|plot| plot.shape == AspectRatio::Square);
     let class = if squares { "plots squares" } else { "plots" };
     html! { div class=(class) { @for plot in plots { (figure(plot)) } } }
 }
 
 fn svg(plot: &Plot) -> Markup {
-    let frame = Frame::new(plot);
+    let frame = PlotFrame::new(plot);
     let (width, height) = (frame.width + LEFT + RIGHT, frame.height + TOP + BOTTOM);
     let bottom = TOP + frame.height;
     html! {
@@ -87,7 +87,7 @@ fn svg(plot: &Plot) -> Markup {
     }
 }
 
-fn drawn(series: &Series, frame: &Frame) -> Markup {
+fn drawn(series: &Series, frame: &PlotFrame) -> Markup {
     let class = format!("series-{}", series.hue % HUES);
     html! {
         g class=(class) {
@@ -130,7 +130,7 @@ fn key(series: &Series) -> Markup {
     }
 }
 
-fn line(series: &Series, frame: &Frame) -> String {
+fn line(series: &Series, frame: &PlotFrame) -> String {
     let mut path = String::new();
     let mut pen_down = false;
     for &[x, y] in &series.points {
@@ -145,7 +145,7 @@ fn line(series: &Series, frame: &Frame) -> String {
     path
 }
 
-fn ribbon(series: &Series, frame: &Frame) -> String {
+fn ribbon(series: &Series, frame: &PlotFrame) -> String {
     let there = series
         .ribbon
         .iter()
@@ -162,7 +162,7 @@ fn ribbon(series: &Series, frame: &Frame) -> String {
     path + "Z"
 }
 
-fn dots(series: &Series, frame: &Frame) -> String {
+fn dots(series: &Series, frame: &PlotFrame) -> String {
     let mut path = String::new();
     for point in series.points.iter().filter_map(|&[x, y]| frame.at(x, y)) {
         push(&mut path, 'M', point);
@@ -171,7 +171,7 @@ fn dots(series: &Series, frame: &Frame) -> String {
     path
 }
 
-fn marks(series: &Series, frame: &Frame) -> String {
+fn marks(series: &Series, frame: &PlotFrame) -> String {
     let points = series.points.iter().filter_map(|&[x, y]| frame.at(x, y));
     points.map(|point| mark(series.hue, point)).collect()
 }
@@ -187,7 +187,7 @@ fn mark(hue: usize, [x, y]: [f64; 2]) -> String {
     }
 }
 
-fn bars(series: &Series, frame: &Frame) -> String {
+fn bars(series: &Series, frame: &PlotFrame) -> String {
     let step = match series.points.as_slice() {
         [first, second, ..] => second[0] - first[0],
         _ => 1.0,
@@ -245,7 +245,7 @@ mod tests {
         Plot {
             title: "a < b".to_owned(),
             reading: "Read `it`.".to_owned(),
-            shape: Shape::Square,
+            shape: AspectRatio::Square,
             x: Axis::linear("x").over(0.0, 1.0),
             y: Axis::log("y").over(1.0, 100.0),
             series: vec![Series::new("s & t", mark, HUES + 1, points)],

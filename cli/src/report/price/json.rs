@@ -12,7 +12,7 @@ use serde::Serialize;
 
 /// The JSON document.
 #[derive(Serialize)]
-struct Document<'a> {
+struct PriceDocument<'a> {
     command: &'a str,
     machine: &'a Machine,
     #[serde(flatten)]
@@ -24,7 +24,7 @@ struct Document<'a> {
 
 /// Returns the report as one object.
 pub fn of_report(report: &PriceReport, command: &str, machine: &Machine) -> String {
-    let document = Document {
+    let document = PriceDocument {
         command,
         machine,
         report,

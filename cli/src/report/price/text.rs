@@ -8,12 +8,12 @@ use crate::recommendation::{advice, sentence};
 use crate::report::study::tables::path_class;
 use crate::report::study::wording::{percent, rough, seconds, seconds_interval};
 use crate::report::table::{Table, numbers, words, wrapped};
-use etendue_lab::price::answers::Row;
+use etendue_lab::price::answers::PriceRow;
 use etendue_lab::price::cheaper::Cheaper;
 use etendue_lab::price::report::PriceReport;
 use etendue_lab::study::answer::Answer;
 use etendue_lab::study::bootstrap::Ranged;
-use etendue_lab::study::error_sources::Named;
+use etendue_lab::study::error_sources::ObjectShare;
 
 /// The width of a line.
 const WIDTH: usize = 80;
@@ -90,7 +90,7 @@ fn answers(report: &PriceReport) -> String {
     text + "\n"
 }
 
-fn row(row: &Row) -> Vec<String> {
+fn row(row: &PriceRow) -> Vec<String> {
     let (time, interval) = match &row.time {
         Answer::Measured(range) => (seconds(range.value), seconds_interval(range)),
         Answer::Law(range) => (
@@ -131,7 +131,7 @@ fn sources(report: &PriceReport) -> String {
             .iter()
             .filter(|it| it.variance >= MIN_VARIANCE)
             .take(MAX_NAMED);
-        rows.extend(largest.map(|it: &Named| {
+        rows.extend(largest.map(|it: &ObjectShare| {
             source(
                 what,
                 &shortened(&it.name),
@@ -236,7 +236,7 @@ pub fn advice_on(report: &PriceReport) -> Vec<String> {
     all
 }
 
-fn table(head: Vec<(String, crate::report::table::Side)>, rows: Vec<Vec<String>>) -> Table {
+fn table(head: Vec<(String, crate::report::table::Alignment)>, rows: Vec<Vec<String>>) -> Table {
     Table {
         title: String::new(),
         caption: String::new(),
@@ -263,7 +263,7 @@ mod tests {
             variance_error: 0.02,
             energy: 0.11,
         };
-        let named = |name: &str| Named {
+        let named = |name: &str| ObjectShare {
             name: name.to_owned(),
             variance: 0.9,
             variance_error: 0.01,
@@ -276,7 +276,7 @@ mod tests {
             note: None,
         };
         let reason = "rare bright paths dominate the error, and the samples so far cannot tell how many were missed";
-        let answer = |error: f64, time: Answer| Row {
+        let answer = |error: f64, time: Answer| PriceRow {
             error,
             spp: Some(1e9),
             time,

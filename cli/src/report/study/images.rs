@@ -9,7 +9,7 @@ use super::wording::{percent, round_up, samples, seconds};
 use crate::report::false_colour::{map, sequential, signed};
 use crate::report::page::figure;
 use etendue::internals::image::Image;
-use etendue_lab::study::shown_images::Shown;
+use etendue_lab::study::shown_images::ImageWithError;
 use maud::{Markup, html};
 
 /// The largest sides of a crop, in pixels: so that single pixels can be seen.
@@ -39,7 +39,7 @@ pub fn examples(findings: &Findings<'_>) -> Markup {
 }
 
 /// The time of an image at the scene's own size.
-fn time_of(findings: &Findings<'_>, shown: &Shown) -> f64 {
+fn time_of(findings: &Findings<'_>, shown: &ImageWithError) -> f64 {
     let found = findings
         .summaries
         .iter()
@@ -82,7 +82,7 @@ pub fn images(findings: &Findings<'_>) -> Markup {
     }
 }
 
-fn pair(findings: &Findings<'_>, shown: &Shown, end: f64) -> Markup {
+fn pair(findings: &Findings<'_>, shown: &ImageWithError, end: f64) -> Markup {
     let name = &findings.report.variants[shown.variant].variant.name;
     let caption = format!(
         "{} per pixel, {}, error {}",

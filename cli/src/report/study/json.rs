@@ -12,7 +12,7 @@ use serde::Serialize;
 
 /// The JSON document.
 #[derive(Serialize)]
-struct Document<'a> {
+struct StudyDocument<'a> {
     command: &'a str,
     machine: &'a Machine,
     #[serde(flatten)]
@@ -23,7 +23,7 @@ struct Document<'a> {
 
 /// Returns the report with its command as one object.
 pub fn of_findings(findings: &Findings<'_>) -> String {
-    let document = Document {
+    let document = StudyDocument {
         command: findings.command,
         machine: findings.machine,
         report: findings.report,

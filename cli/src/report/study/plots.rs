@@ -6,7 +6,7 @@
 
 use super::Findings;
 use super::wording::short_answer;
-use etendue_lab::plot::{Axis, Label, Mark, Plot, Series, Shape};
+use etendue_lab::plot::{AspectRatio, Axis, Label, Mark, Plot, Series};
 use etendue_lab::study::answer::Answer;
 use etendue_lab::study::bars::{BINS, Coverage, MAX_Z};
 use etendue_lab::study::summary::Summary;
@@ -89,7 +89,7 @@ pub fn price(findings: &Findings<'_>) -> Plot {
         title: "Error against time".to_owned(),
         reading: "The error of the image against the time that it renders, at the scene's own size; the lower and the farther left, the better. Marks were measured, with bands of 95 %; dashes continue them by the law of the error so far. The times are those to errors of 10, 3, 1, 0.3 and 0.1 %: `≈` is beyond what was measured. A line that flattens is biased."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: axis.marked(SECONDS.map(|(s, text)| (s, text.to_owned())).to_vec()),
         y: Axis::log("error, %").marked(ERRORS.map(|it| (it, format!("{it}"))).to_vec()),
         series,
@@ -119,7 +119,7 @@ pub fn errors(findings: &Findings<'_>) -> Vec<Plot> {
         title: "Error against samples".to_owned(),
         reading: "The error by samples per pixel, whatever the cost of a sample. The thin dashes have the slope of independent samples. The dashed horizontal line is the error of one reference alone; smaller errors can be measured because there are two."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("samples per pixel"),
         y: Axis::log("error, %"),
         series: by_samples(findings),
@@ -189,7 +189,7 @@ fn residuals(findings: &Findings<'_>) -> Plot {
         title: "Residuals of the power law".to_owned(),
         reading: "relMSE over the fitted law 1 / tᵇ. Where a line bends, the slope changes with time, and that in the table is a mean."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::log("samples per pixel"),
         y: Axis::linear("measured / law"),
         series: series.collect(),
@@ -263,7 +263,7 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
             title: "Coverage of error bars".to_owned(),
             reading: "The share of the bars of trusted pixels that contain the reference, over their confidence: on the dashed line they are correct, below it too narrow. Bands are Wilson's intervals of 95 %. Error bars do not include bias."
                 .to_owned(),
-            shape: Shape::Wide,
+            shape: AspectRatio::Wide,
             x: Axis::linear("confidence, %").over(45.0, 100.0),
             y: Axis::linear("contain the reference, %"),
             series: shares,
@@ -272,7 +272,7 @@ fn reliability(findings: &Findings<'_>) -> Vec<Plot> {
             title: "Errors in standard errors".to_owned(),
             reading: "Errors of trusted pixels over their standard errors, converted to normal scores by the degrees of freedom of each: they follow the normal distribution if the bars are correct; errors beyond the ends are counted in the last bins."
                 .to_owned(),
-            shape: Shape::Wide,
+            shape: AspectRatio::Wide,
             x: Axis::linear("normal score of the error").over(-MAX_Z, MAX_Z),
             y: Axis::linear("density"),
             series: z,
@@ -309,7 +309,7 @@ fn bias(findings: &Findings<'_>) -> Option<Plot> {
         title: "Test of bias in tiles".to_owned(),
         reading: "For each tile of 8 × 8 pixels, the p-value of the difference of its mean from that of the references. Without bias p is uniformly distributed, and the lines are level; a peak at 0 is bias."
             .to_owned(),
-        shape: Shape::Wide,
+        shape: AspectRatio::Wide,
         x: Axis::linear("p of a tile").over(0.0, 1.0),
         y: Axis::linear("density"),
         series: [even].into_iter().chain(series).collect(),

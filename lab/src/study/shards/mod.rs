@@ -14,7 +14,7 @@ use super::compared_renders::ComparedRenders;
 use super::report::StudyReport;
 use super::run::{Study, order, settled};
 use super::runner::Runner;
-use super::settings::{StudyObserver, StudySettings, Watch};
+use super::settings::{StudyClock, StudyObserver, StudySettings};
 use etendue::internals::render::RenderObserver;
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::state::{Fingerprint, fingerprint};
@@ -34,7 +34,7 @@ pub fn plan(
     start: Instant,
     observer: &dyn StudyObserver,
 ) -> Result<Option<StudyPlan>> {
-    let mut watch = Watch::new(start, observer, settings);
+    let mut watch = StudyClock::new(start, observer, settings);
     let (prepared, settings) = settled(description, settings, &mut watch)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     let identities = identities(&study)?;
@@ -77,7 +77,7 @@ pub fn render(
         )));
     }
     let settings = plan.settings(settings);
-    let mut watch = Watch::new(start, observer, &settings);
+    let mut watch = StudyClock::new(start, observer, &settings);
     let (prepared, settings) = settled(description, &settings, &mut watch)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     follow(plan, &mut study)?;
@@ -119,7 +119,7 @@ pub fn merge(
 ) -> Result<StudyReport> {
     check_parts(plan, &parts)?;
     let settings = plan.settings(settings);
-    let mut watch = Watch::new(start, observer, &settings);
+    let mut watch = StudyClock::new(start, observer, &settings);
     let (prepared, settings) = settled(description, &settings, &mut watch)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     follow(plan, &mut study)?;
@@ -151,7 +151,7 @@ fn merge_into(
     study: &mut Study<'_>,
     plan: &StudyPlan,
     mut parts: Vec<StudyPart>,
-    watch: &mut Watch<'_>,
+    watch: &mut StudyClock<'_>,
 ) -> Result<Option<()>> {
     watch.begin("measuring the gain by threads");
     if study.scaling(&plan.laws, watch)?.is_none() {

@@ -39,7 +39,7 @@ pub struct StudyPart {
 
 /// Everything of a shard but its pixels.
 #[derive(Serialize, Deserialize)]
-struct Facts {
+struct ShardMetadata {
     plan: StudyPlan,
     shard: u64,
     reference_spp: u64,
@@ -77,7 +77,7 @@ impl StudyPart {
             seconds,
             seeds,
         } = &self.references;
-        let facts = Facts {
+        let facts = ShardMetadata {
             plan: self.plan.clone(),
             shard: self.shard,
             reference_spp: *spp,
@@ -118,7 +118,7 @@ impl StudyPart {
                 "expected a file that `etendue study --shard` wrote",
             ));
         };
-        let facts: Facts = serde_json::from_str(facts).map_err(|error| {
+        let facts: ShardMetadata = serde_json::from_str(facts).map_err(|error| {
             not_one(&format!("its metadata cannot be read: {error}")).because(error)
         })?;
         let image_of = |name: &str| {

@@ -4,7 +4,7 @@
 //! Range: any surfaces. Delta lobes are left out.
 //! Source: Veach 1997, section 5.3. Tested in `tests/rendering/light_paths.rs`.
 
-use super::super::super::bidirectional::vertex::{Densities, Vertex, adjoint};
+use super::super::super::bidirectional::vertex::{Densities, SubpathVertex, adjoint};
 use super::super::light_paths::facing;
 use super::super::scattering::replace;
 use super::super::shading::BsdfLanes;
@@ -37,9 +37,9 @@ pub(super) fn vertex<'a, E: Effects>(
     scene: &'a Scene,
     at: &InteractionLanes<E>,
     lane: usize,
-) -> Vertex<'a, E> {
+) -> SubpathVertex<'a, E> {
     let at: Interaction<E> = at.get(lane);
-    Vertex::new(scene, at, Rgb::WHITE, Densities::default(), [0.0; 4])
+    SubpathVertex::new(scene, at, Rgb::WHITE, Densities::default(), [0.0; 4])
 }
 
 /// Evaluates the scattering of the light that arrives along the rays of some lanes towards the camera along the unit vectors

@@ -16,10 +16,10 @@
 //! Source: Rousselle, Knaus and Zwicker 2012, "Adaptive Rendering with Non-Local Means Filtering", section 4. Tested in
 //! `means.rs` and in `tests/rendering/denoise.rs`.
 
-use super::{Scratch, Source};
+use super::{PaddedInput, Scratch};
 use crate::planted::planted;
 
-impl Source {
+impl PaddedInput {
     /// Computes the guide distance of each pixel to the one at an offset: the largest over the features.
     pub(super) fn guide_distances(&self, offset: [isize; 2], scratch: &mut Scratch) {
         let [width, height] = self.size;

@@ -45,7 +45,7 @@ struct Chunks<'a> {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Head {
-    asset: Asset,
+    asset: AssetInfo,
     #[serde(default)]
     extensions_required: Vec<String>,
     #[serde(default)]
@@ -54,7 +54,7 @@ struct Head {
 
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Asset {
+struct AssetInfo {
     version: String,
     min_version: Option<String>,
 }
@@ -130,7 +130,7 @@ impl<'a> Container<'a> {
     }
 }
 
-fn check_version(asset: &Asset) -> Result<()> {
+fn check_version(asset: &AssetInfo) -> Result<()> {
     let needed = asset.min_version.as_ref().unwrap_or(&asset.version);
     if needed.starts_with("2.") && (asset.min_version.is_none() || needed == "2.0") {
         return Ok(());

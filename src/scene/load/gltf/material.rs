@@ -9,7 +9,7 @@
 //! `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
-use super::texture::{Channels, Images, TextureReference};
+use super::texture::{ImageCache, ImageUse, TextureReference};
 use super::thin::sheet;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 /// A material as shapes need it.
 #[derive(Debug, Clone)]
-pub struct Surface {
+pub struct GltfMaterial {
     pub material: MaterialDescription,
     pub emission: Option<ColourDescription>,
     pub two_sided_emission: bool,
@@ -52,7 +52,7 @@ pub fn base_color_factor(material: &Material<'_>) -> [f32; 4] {
 
 /// The textures of a material.
 #[derive(Debug, Default)]
-pub struct Textures {
+pub struct MaterialTextures {
     base_color: Option<TextureReference>,
     metallic_roughness: Option<TextureReference>,
     normals: Option<TextureReference>,
@@ -60,7 +60,7 @@ pub struct Textures {
     transmission: Option<TextureReference>,
 }
 
-impl Textures {
+impl MaterialTextures {
     /// Returns the textures of a material.
     pub fn of(material: &Material<'_>) -> Self {
         let pbr = material.pbr_metallic_roughness();
@@ -112,9 +112,9 @@ impl Textures {
 /// Reads one material.
 pub struct MaterialReader<'a> {
     pub asset: &'a Asset<'a>,
-    pub images: &'a mut Images,
+    pub images: &'a mut ImageCache,
     pub material: &'a Material<'a>,
-    pub textures: &'a Textures,
+    pub textures: &'a MaterialTextures,
     /// Whether what the material transmits passes through a sheet.
     pub is_thin: bool,
     pub notes: &'a mut Vec<Note>,
@@ -125,7 +125,7 @@ impl MaterialReader<'_> {
     ///
     /// # Errors
     /// If an image cannot be read, or an emission is not a finite colour of at least 0.
-    pub fn surface(&mut self, vertices: &VertexColour) -> Result<Surface> {
+    pub fn surface(&mut self, vertices: &VertexColour) -> Result<GltfMaterial> {
         let base_color = match &vertices.texture {
             Some(texture) => texture.clone(),
             None => self.base_color(vertices.factor)?,
@@ -159,7 +159,7 @@ impl MaterialReader<'_> {
             ..MaterialDescription::new(self.name(), self.place(), model)
         };
         self.alpha(vertices.alpha, &mut material)?;
-        Ok(Surface {
+        Ok(GltfMaterial {
             material,
             emission: if unlit {
                 Some(base_color)
@@ -173,7 +173,7 @@ impl MaterialReader<'_> {
     fn base_color(&mut self, factor: Rgb) -> Result<ColourDescription> {
         let [r, g, b, _] = base_color_factor(self.material);
         let tint = factor * Rgb::new(r, g, b).map(share);
-        let texture = self.varying(&self.textures.base_color, Channels::Srgb, tint)?;
+        let texture = self.varying(&self.textures.base_color, ImageUse::Srgb, tint)?;
         Ok(texture.unwrap_or(ColourDescription::Constant(tint)))
     }
 
@@ -290,7 +290,7 @@ impl MaterialReader<'_> {
         let tint = Rgb::grey(factor);
         let texture = self
             .images
-            .texture(self.asset, reference, Channels::Linear, tint)?;
+            .texture(self.asset, reference, ImageUse::Linear, tint)?;
         let Some(texture) = texture else {
             return Ok(factor);
         };
@@ -306,7 +306,7 @@ impl MaterialReader<'_> {
 
     fn metallic_roughness(&mut self) -> Result<Option<Arc<Texture>>> {
         let reference = &self.textures.metallic_roughness;
-        let texture = self.varying(reference, Channels::Linear, Rgb::WHITE)?;
+        let texture = self.varying(reference, ImageUse::Linear, Rgb::WHITE)?;
         Ok(match texture {
             Some(ColourDescription::Texture(texture)) => Some(texture),
             // Both parameters are constant: a map of one colour.
@@ -327,7 +327,7 @@ impl MaterialReader<'_> {
             let message = format!("expected a finite scale, found {strength}");
             return Err(self.error("normalTexture", &message));
         }
-        let texture = self.varying(&self.textures.normals, Channels::Linear, Rgb::WHITE)?;
+        let texture = self.varying(&self.textures.normals, ImageUse::Linear, Rgb::WHITE)?;
         Ok(match texture {
             Some(ColourDescription::Texture(texture)) => Some(NormalMapDescription {
                 texture,
@@ -346,7 +346,7 @@ impl MaterialReader<'_> {
         }
         let [.., factor] = base_color_factor(self.material);
         let tint = Rgb::grey(share(factor) * share(of_vertices));
-        let texture = self.varying(&self.textures.base_color, Channels::Alpha, tint)?;
+        let texture = self.varying(&self.textures.base_color, ImageUse::Alpha, tint)?;
         material.alpha = texture.unwrap_or(ColourDescription::Constant(tint));
         if mode == AlphaMode::Mask {
             material.alpha_cutoff = Some(share(self.material.alpha_cutoff().unwrap_or(0.5)));
@@ -365,7 +365,7 @@ impl MaterialReader<'_> {
         if factor.is_black() {
             return Ok(None);
         }
-        let texture = self.varying(&self.textures.emission, Channels::Srgb, factor)?;
+        let texture = self.varying(&self.textures.emission, ImageUse::Srgb, factor)?;
         Ok(
             Some(texture.unwrap_or(ColourDescription::Constant(factor)))
                 .filter(|it| !it.is_black()),
@@ -376,14 +376,14 @@ impl MaterialReader<'_> {
     fn varying(
         &mut self,
         reference: &Option<TextureReference>,
-        channels: Channels,
+        channels: ImageUse,
         tint: Rgb,
     ) -> Result<Option<ColourDescription>> {
         let Some(reference) = reference else {
             return Ok(None);
         };
         let Some(texture) = self.images.texture(self.asset, reference, channels, tint)? else {
-            if channels != Channels::Alpha {
+            if channels != ImageUse::Alpha {
                 self.note(
                     NoteKind::Omission,
                     "has a texture without an image of a format that is read",

@@ -38,18 +38,18 @@ pub struct PrimitiveMesh {
 }
 
 /// The accessors of a primitive: position, normal, texture coordinate, colour and indices; and its mode.
-type Key = ([Option<usize>; 5], u8);
+type MeshKey = ([Option<usize>; 5], u8);
 
 /// Reads meshes, each list of accessors once.
 #[derive(Debug)]
 pub struct Meshes {
-    known: HashMap<Key, PrimitiveMesh>,
+    known: HashMap<MeshKey, PrimitiveMesh>,
     /// The bytes that meshes may still take.
     left: usize,
 }
 
 /// The accessors of a primitive.
-struct Source<'a> {
+struct PrimitiveAccessors<'a> {
     positions: Elements<'a, 3>,
     normals: Option<Elements<'a, 3>>,
     uvs: Option<Elements<'a, 2>>,
@@ -100,7 +100,7 @@ impl Meshes {
         let Some(positions) = positions else {
             return Err(asset.error(field, "expected an attribute POSITION"));
         };
-        let source = Source {
+        let source = PrimitiveAccessors {
             positions: Elements::new(asset, &positions)?,
             normals: normals.map(|it| Elements::new(asset, &it)).transpose()?,
             uvs: uvs.map(|it| Elements::new(asset, &it)).transpose()?,
@@ -176,7 +176,7 @@ impl Meshes {
     }
 }
 
-impl Source<'_> {
+impl PrimitiveAccessors<'_> {
     fn mesh(
         &self,
         asset: &Asset<'_>,

@@ -25,7 +25,7 @@ mod texture;
 mod thin;
 
 use super::bounds;
-use super::contents::Contents;
+use super::contents::SceneContents;
 use super::model::{framed, sky_unless};
 use super::read_bytes;
 use super::wording::{shown, unknown_name};
@@ -39,7 +39,7 @@ use crate::scene::description::{
 };
 use buffers::Asset;
 use container::Container;
-use nodes::{Placed, nodes};
+use nodes::{PlacedNode, nodes};
 use primitives::Primitives;
 use std::collections::HashMap;
 use std::path::Path;
@@ -51,7 +51,7 @@ use std::path::Path;
 pub fn load(path: &Path, camera: Option<&str>) -> Result<SceneDescription> {
     let bytes = read_bytes(path)?;
     let mut container = Container::parse(&bytes).map_err(|error| error.in_file(path))?;
-    let mut contents = Contents::default();
+    let mut contents = SceneContents::default();
     for extension in std::mem::take(&mut container.not_read) {
         let text = format!("the extension {} is not read", shown(&extension));
         contents.note(of_file(path, NoteKind::Omission, text));
@@ -99,7 +99,7 @@ fn of_file(path: &Path, kind: NoteKind, text: impl Into<String>) -> Note {
 }
 
 /// Notes what moves and is shown at rest.
-fn note_left_out(asset: &Asset<'_>, placed: &[Placed<'_>], contents: &mut Contents) {
+fn note_left_out(asset: &Asset<'_>, placed: &[PlacedNode<'_>], contents: &mut SceneContents) {
     let mut note = |text| contents.note(of_file(asset.path, NoteKind::Omission, text));
     let animations = asset.document.animations().len();
     if animations > 0 {
@@ -111,7 +111,7 @@ fn note_left_out(asset: &Asset<'_>, placed: &[Placed<'_>], contents: &mut Conten
             "the skins of {skinned} nodes were left out: their meshes are not deformed"
         ));
     }
-    let is_morphed = |it: &&Placed<'_>| {
+    let is_morphed = |it: &&PlacedNode<'_>| {
         let weights = it.node.weights().or_else(|| it.node.mesh()?.weights());
         weights.is_some_and(|weights| weights.iter().any(|&weight| weight != 0.0))
     };
@@ -124,7 +124,11 @@ fn note_left_out(asset: &Asset<'_>, placed: &[Placed<'_>], contents: &mut Conten
 }
 
 /// Adds the shapes of all nodes; of meshes with several nodes, groups and their instances.
-fn meshes(asset: &Asset<'_>, placed: &[Placed<'_>], contents: &mut Contents) -> Result<()> {
+fn meshes(
+    asset: &Asset<'_>,
+    placed: &[PlacedNode<'_>],
+    contents: &mut SceneContents,
+) -> Result<()> {
     let mut uses: HashMap<usize, usize> = HashMap::new();
     for mesh in placed.iter().filter_map(|it| it.node.mesh()) {
         *uses.entry(mesh.index()).or_default() += 1;
@@ -177,7 +181,7 @@ fn meshes(asset: &Asset<'_>, placed: &[Placed<'_>], contents: &mut Contents) -> 
 fn group(
     mesh: &gltf::Mesh<'_>,
     primitives: &mut Primitives<'_>,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<Option<usize>> {
     let first = contents.shapes.len();
     primitives.add(mesh, contents)?;
@@ -195,7 +199,7 @@ fn group(
     Ok(Some(group))
 }
 
-fn lights(asset: &Asset<'_>, placed: &[Placed<'_>]) -> Result<Vec<LightDescription>> {
+fn lights(asset: &Asset<'_>, placed: &[PlacedNode<'_>]) -> Result<Vec<LightDescription>> {
     let root = asset.document.as_json();
     let all = root.extensions.as_ref();
     let all = all.and_then(|it| it.khr_lights_punctual.as_ref());
@@ -219,9 +223,9 @@ fn lights(asset: &Asset<'_>, placed: &[Placed<'_>]) -> Result<Vec<LightDescripti
 /// Returns the first camera, or the one of this name, which may be that of its node.
 fn camera_of(
     asset: &Asset<'_>,
-    placed: &[Placed<'_>],
+    placed: &[PlacedNode<'_>],
     name: Option<&str>,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<Option<(CameraDescription, Option<FilmDescription>)>> {
     let cameras = placed
         .iter()

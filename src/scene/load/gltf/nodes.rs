@@ -13,12 +13,12 @@ use gltf::{Node, Scene};
 
 /// A node with its transform to the world.
 #[derive(Clone)]
-pub struct Placed<'a> {
+pub struct PlacedNode<'a> {
     pub node: Node<'a>,
     pub to_world: DAffine3,
 }
 
-impl Placed<'_> {
+impl PlacedNode<'_> {
     /// The name of the node.
     pub fn name(&self) -> String {
         let unnamed = || format!("node {}", self.node.index());
@@ -34,7 +34,7 @@ impl Placed<'_> {
 ///
 /// # Errors
 /// If a node is reached twice, or its transform is not one of finite numbers.
-pub fn nodes<'a>(asset: &'a Asset<'_>) -> Result<Vec<Placed<'a>>> {
+pub fn nodes<'a>(asset: &'a Asset<'_>) -> Result<Vec<PlacedNode<'a>>> {
     let document = &asset.document;
     let scene = document
         .default_scene()
@@ -46,10 +46,10 @@ pub fn nodes<'a>(asset: &'a Asset<'_>) -> Result<Vec<Placed<'a>>> {
     let mut is_reached = vec![false; document.nodes().len()];
     let mut placed = vec![];
     // An explicit stack, since a chain of nodes may be as long as the file.
-    let mut ahead: Vec<Placed<'a>> = roots
+    let mut ahead: Vec<PlacedNode<'a>> = roots
         .into_iter()
         .rev()
-        .map(|node| Placed {
+        .map(|node| PlacedNode {
             node,
             to_world: DAffine3::IDENTITY,
         })
@@ -65,9 +65,9 @@ pub fn nodes<'a>(asset: &'a Asset<'_>) -> Result<Vec<Placed<'a>>> {
         let to_world = next.to_world * transform(asset, &next.node)?;
         let children = ahead.len();
         let beneath = next.node.children();
-        ahead.extend(beneath.map(|node| Placed { node, to_world }));
+        ahead.extend(beneath.map(|node| PlacedNode { node, to_world }));
         ahead[children..].reverse();
-        placed.push(Placed {
+        placed.push(PlacedNode {
             node: next.node,
             to_world,
         });

@@ -5,14 +5,16 @@
 //! their own where the material has no other, and are replaced by their mean elsewhere.
 //! Source: glTF 2.0, chapter 3.7. Tested in `tests/loading/gltf.rs`.
 
-use super::super::contents::Contents;
+use super::super::contents::SceneContents;
 use super::super::vertex_colours;
 use super::super::wording::shown;
 use super::buffers::Asset;
-use super::material::{MaterialReader, Surface, Textures, VertexColour, base_color_factor};
+use super::material::{
+    GltfMaterial, MaterialReader, MaterialTextures, VertexColour, base_color_factor,
+};
 use super::mesh::{Meshes, PrimitiveMesh, VertexColours};
 use super::of_file;
-use super::texture::Images;
+use super::texture::ImageCache;
 use super::thin::{has_border, is_thin, memory_for};
 use crate::error::Result;
 use crate::math::rgb::Rgb;
@@ -25,18 +27,18 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 /// A material of the file, or the default one, with a colour of vertices, and whether it is that of a sheet.
-type Key = (Option<usize>, [u32; 4], bool);
+type MaterialKey = (Option<usize>, [u32; 4], bool);
 
 /// A material of the scene, and what shapes with it emit.
 type Known = (usize, Option<ColourDescription>, bool);
 
 /// A primitive with triangles: its place in the JSON, its material, the material's textures and its mesh.
-type Part<'a> = (String, gltf::Material<'a>, Textures, PrimitiveMesh);
+type LoadedPrimitive<'a> = (String, gltf::Material<'a>, MaterialTextures, PrimitiveMesh);
 
 /// A material with its textures, and whether it is that of a sheet.
 struct PrimitiveMaterial<'a> {
     material: &'a gltf::Material<'a>,
-    textures: &'a Textures,
+    textures: &'a MaterialTextures,
     is_thin: bool,
 }
 
@@ -44,8 +46,8 @@ struct PrimitiveMaterial<'a> {
 pub struct Primitives<'a> {
     asset: &'a Asset<'a>,
     meshes: Meshes,
-    images: Images,
-    known: HashMap<Key, Known>,
+    images: ImageCache,
+    known: HashMap<MaterialKey, Known>,
     /// Whether the meshes at these addresses, which stay in `meshes`, have a border together.
     borders: HashMap<Vec<*const MeshDescription>, bool>,
 }
@@ -63,7 +65,7 @@ impl<'a> Primitives<'a> {
         Self {
             asset,
             meshes: Meshes::new(asset),
-            images: Images::default(),
+            images: ImageCache::default(),
             known: HashMap::new(),
             borders: HashMap::new(),
         }
@@ -73,14 +75,14 @@ impl<'a> Primitives<'a> {
     ///
     /// # Errors
     /// If a primitive or its material is invalid.
-    pub fn add(&mut self, mesh: &Mesh<'_>, contents: &mut Contents) -> Result<()> {
+    pub fn add(&mut self, mesh: &Mesh<'_>, contents: &mut SceneContents) -> Result<()> {
         let name = name(mesh);
         let mut left_out = 0;
         let mut parts = vec![];
         for primitive in mesh.primitives() {
             let field = format!("meshes[{}].primitives[{}]", mesh.index(), primitive.index());
             let material = primitive.material();
-            let textures = Textures::of(&material);
+            let textures = MaterialTextures::of(&material);
             let uv_set = textures.uv_set();
             let read = self.meshes.read(self.asset, &primitive, uv_set, &field)?;
             match read.filter(|read| !read.mesh.indices.is_empty()) {
@@ -123,7 +125,7 @@ impl<'a> Primitives<'a> {
     }
 
     /// Whether the parts of a mesh have a border together.
-    fn has_border(&mut self, parts: &[Part<'_>]) -> Result<bool> {
+    fn has_border(&mut self, parts: &[LoadedPrimitive<'_>]) -> Result<bool> {
         let meshes: Vec<_> = parts.iter().map(|part| Arc::clone(&part.3.mesh)).collect();
         let key = meshes.iter().map(Arc::as_ptr).collect();
         if let Some(&known) = self.borders.get(&key) {
@@ -145,7 +147,7 @@ impl<'a> Primitives<'a> {
         primitive: &PrimitiveMaterial<'_>,
         read: &PrimitiveMesh,
         field: &str,
-        contents: &mut Contents,
+        contents: &mut SceneContents,
     ) -> Result<(Arc<MeshDescription>, Known)> {
         let (factor, alpha) = match &read.colours {
             VertexColours::Same(colour, alpha) => (*colour, *alpha),
@@ -182,7 +184,7 @@ impl<'a> Primitives<'a> {
         primitive: &PrimitiveMaterial<'_>,
         (read, colours, alpha): (&PrimitiveMesh, &[Rgb], f32),
         field: &str,
-        contents: &mut Contents,
+        contents: &mut SceneContents,
     ) -> Result<(Arc<MeshDescription>, Known)> {
         if alpha < 1.0 && primitive.material.alpha_mode() != AlphaMode::Opaque {
             let text = format!("{field}: the mean of the alpha of vertices is used");
@@ -211,8 +213,8 @@ impl<'a> Primitives<'a> {
         &mut self,
         primitive: &PrimitiveMaterial<'_>,
         vertices: &VertexColour,
-        contents: &mut Contents,
-    ) -> Result<Surface> {
+        contents: &mut SceneContents,
+    ) -> Result<GltfMaterial> {
         let mut notes = vec![];
         let mut reader = MaterialReader {
             asset: self.asset,
@@ -228,7 +230,7 @@ impl<'a> Primitives<'a> {
     }
 }
 
-fn added(surface: Surface, contents: &mut Contents) -> Known {
+fn added(surface: GltfMaterial, contents: &mut SceneContents) -> Known {
     let material = contents.add_material(surface.material);
     (material, surface.emission, surface.two_sided_emission)
 }

@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 /// The use of an image, which decides how it is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Channels {
+pub enum ImageUse {
     /// Colours.
     Srgb,
     /// Data.
@@ -132,11 +132,11 @@ fn rows([x, y]: [f32; 2], rotation: f32, [scale_u, scale_v]: [f32; 2]) -> [[f32;
 
 /// The images read so far.
 #[derive(Debug, Default)]
-pub struct Images {
-    known: HashMap<(usize, Channels), Option<Arc<Image>>>,
+pub struct ImageCache {
+    known: HashMap<(usize, ImageUse), Option<Arc<Image>>>,
 }
 
-impl Images {
+impl ImageCache {
     /// Returns a texture with this factor of its values; `None` if it has no image, or its image no such channels.
     ///
     /// # Errors
@@ -145,7 +145,7 @@ impl Images {
         &mut self,
         asset: &Asset<'_>,
         reference: &TextureReference,
-        channels: Channels,
+        channels: ImageUse,
         tint: Rgb,
     ) -> Result<Option<Texture>> {
         if !reference.uv_map.is_finite() {
@@ -173,7 +173,7 @@ impl Images {
         &mut self,
         asset: &Asset<'_>,
         reference: &TextureReference,
-        channels: Channels,
+        channels: ImageUse,
     ) -> Result<Option<Arc<Image>>> {
         let Some(index) = reference.image else {
             return Ok(None);
@@ -185,9 +185,9 @@ impl Images {
                 let read = || {
                     let bytes = asset.image(index)?;
                     match channels {
-                        Channels::Srgb => Image::decode(&bytes, ColourSpace::Srgb).map(Some),
-                        Channels::Linear => Image::decode(&bytes, ColourSpace::Linear).map(Some),
-                        Channels::Alpha => Image::decode_alpha(&bytes),
+                        ImageUse::Srgb => Image::decode(&bytes, ColourSpace::Srgb).map(Some),
+                        ImageUse::Linear => Image::decode(&bytes, ColourSpace::Linear).map(Some),
+                        ImageUse::Alpha => Image::decode_alpha(&bytes),
                     }
                 };
                 let image = read().map_err(|error| asset.within(error, &field))?;

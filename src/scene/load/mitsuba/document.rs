@@ -9,9 +9,9 @@
 use super::super::read_text;
 use super::super::wording::{shown, unknown_name};
 use super::folders::Folders;
-use super::object::{Object, Value};
+use super::object::{Value, XmlObject};
 use super::old::{snake_case, upgrade};
-use super::references::{MAX_NESTED, References, WrittenProperty, WrittenValue, too_deep};
+use super::references::{MAX_NESTED, SceneObjects, WrittenProperty, WrittenValue, too_deep};
 use crate::error::{Error, Result};
 use crate::scene::description::Place;
 use roxmltree::{Document, Node};
@@ -62,11 +62,11 @@ const OTHERS: &[&str] = &[
 ///
 /// # Errors
 /// If a file cannot be read, or something in it is not as the format requires.
-pub fn read(path: &Path) -> Result<Object> {
-    let mut reader = Reader::default();
+pub fn read(path: &Path) -> Result<XmlObject> {
+    let mut reader = DocumentReader::default();
     let folders = Folders::of_file(path, None);
     let written = reader.file(path, Rc::clone(&folders), None)?;
-    Ok(Object {
+    Ok(XmlObject {
         tag: "scene".to_owned(),
         kind: String::new(),
         id: "the scene".to_owned(),
@@ -77,20 +77,20 @@ pub fn read(path: &Path) -> Result<Object> {
 }
 
 #[derive(Default)]
-pub(super) struct Reader {
+pub(super) struct DocumentReader {
     /// The values of `$names`.
     pub(super) defaults: BTreeMap<String, String>,
     /// The number of bytes that these values inserted.
     pub(super) inserted: Cell<usize>,
     /// The number of bytes of all files.
     pub(super) bytes: usize,
-    objects: References,
+    objects: SceneObjects,
     includes: usize,
     paths: usize,
 }
 
 /// One file.
-pub(super) struct Source<'a> {
+pub(super) struct SourceFile<'a> {
     path: &'a Path,
     /// The bytes at which its lines end.
     line_ends: Vec<usize>,
@@ -100,7 +100,7 @@ pub(super) struct Source<'a> {
     is_old: bool,
 }
 
-impl Source<'_> {
+impl SourceFile<'_> {
     pub(super) fn place(&self, node: Node<'_, '_>) -> Place {
         let start = node.range().start;
         Place::on_line(
@@ -112,13 +112,13 @@ impl Source<'_> {
 
 /// An element `include`.
 struct Includer<'a> {
-    source: &'a Source<'a>,
+    source: &'a SourceFile<'a>,
     /// The name of what is included, if it is an object.
     name: String,
     nested: usize,
 }
 
-impl Reader {
+impl DocumentReader {
     /// Reads a file, which another one includes or not.
     fn file(
         &mut self,
@@ -136,7 +136,7 @@ impl Reader {
         })?;
         let root = document.root_element();
         let by = includer.as_ref().map(|by| by.source);
-        let source = Source {
+        let source = SourceFile {
             path,
             line_ends: text.match_indices('\n').map(|(end, _)| end).collect(),
             folders,
@@ -166,7 +166,7 @@ impl Reader {
 
     fn properties(
         &mut self,
-        source: &Source<'_>,
+        source: &SourceFile<'_>,
         parent: Node<'_, '_>,
         nested: usize,
     ) -> Result<Vec<WrittenProperty>> {
@@ -198,7 +198,7 @@ impl Reader {
 
     fn include(
         &mut self,
-        source: &Source<'_>,
+        source: &SourceFile<'_>,
         node: Node<'_, '_>,
         nested: usize,
     ) -> Result<Vec<WrittenProperty>> {
@@ -231,7 +231,7 @@ impl Reader {
     }
 
     /// Adds a folder in which files are looked for.
-    fn path(&mut self, source: &Source<'_>, node: Node<'_, '_>) -> Result<()> {
+    fn path(&mut self, source: &SourceFile<'_>, node: Node<'_, '_>) -> Result<()> {
         let name = self.required(source, node, "value")?;
         let is_at_top = node.parent_element() == Some(node.document().root_element());
         let folder = source.folders.find(&name);
@@ -250,7 +250,7 @@ impl Reader {
     }
 
     /// The attribute `name`, or nothing.
-    fn name(&self, source: &Source<'_>, node: Node<'_, '_>) -> Result<String> {
+    fn name(&self, source: &SourceFile<'_>, node: Node<'_, '_>) -> Result<String> {
         let name = self.attribute(source, node, "name")?.unwrap_or_default();
         Ok(match source.is_old {
             true => snake_case(&name),
@@ -260,7 +260,7 @@ impl Reader {
 
     fn property(
         &mut self,
-        source: &Source<'_>,
+        source: &SourceFile<'_>,
         node: Node<'_, '_>,
         nested: usize,
     ) -> Result<WrittenProperty> {
@@ -282,7 +282,7 @@ impl Reader {
     }
 
     /// A value that contains no objects.
-    fn plain(&self, source: &Source<'_>, node: Node<'_, '_>) -> Result<Value> {
+    fn plain(&self, source: &SourceFile<'_>, node: Node<'_, '_>) -> Result<Value> {
         Ok(match node.tag_name().name() {
             "float" | "integer" => Value::Number(self.numbers::<1>(source, node)?[0]),
             "boolean" => {
@@ -319,7 +319,12 @@ impl Reader {
     }
 
     /// Reads an object and returns its index.
-    fn object(&mut self, source: &Source<'_>, node: Node<'_, '_>, nested: usize) -> Result<usize> {
+    fn object(
+        &mut self,
+        source: &SourceFile<'_>,
+        node: Node<'_, '_>,
+        nested: usize,
+    ) -> Result<usize> {
         let kind = self.required(source, node, "type")?;
         let id = self.attribute(source, node, "id")?;
         let tag = node.tag_name().name();
@@ -328,7 +333,7 @@ impl Reader {
             upgrade(&kind, &mut properties);
         }
         let place = source.place(node);
-        let object = Object {
+        let object = XmlObject {
             tag: tag.to_owned(),
             id: match &id {
                 Some(id) => format!("{tag} `{}`", shown(id)),

@@ -5,10 +5,10 @@
 //! Source: Mitsuba 3 documentation, "Emitters". Tested in `tests/loading/mitsuba.rs` and by
 //! `scripts/against-mitsuba.py`.
 
-use super::super::contents::Contents;
+use super::super::contents::SceneContents;
 use super::super::wording::unknown_name;
-use super::object::{Object, Value};
-use super::spectra::Kind;
+use super::object::{Value, XmlObject};
+use super::spectra::ColourMeaning;
 use super::texture;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
@@ -35,8 +35,8 @@ const LEFT_OUT: &[&str] = &[
 /// # Errors
 /// If the emitter is of another type, or invalid.
 pub fn area(
-    emitter: &Object,
-    contents: &mut Contents,
+    emitter: &XmlObject,
+    contents: &mut SceneContents,
 ) -> Result<(ColourDescription, Option<DAffine2>)> {
     if emitter.kind != "area" {
         return Err(emitter.error("expected an emitter of type area within a shape"));
@@ -44,8 +44,8 @@ pub fn area(
     let radiance = match emitter.get("radiance") {
         None => (Rgb::WHITE.into(), None),
         Some(property) => match &property.value {
-            Value::Object(object) => texture::texture(object, Kind::Light, contents)?,
-            _ => (property.colour(Kind::Light)?.into(), None),
+            Value::Object(object) => texture::texture(object, ColourMeaning::Light, contents)?,
+            _ => (property.colour(ColourMeaning::Light)?.into(), None),
         },
     };
     emitter.note_unused(&["sampling_weight"], contents);
@@ -56,7 +56,10 @@ pub fn area(
 ///
 /// # Errors
 /// If the emitter is of an unknown type, or invalid.
-pub fn light(emitter: &Object, contents: &mut Contents) -> Result<Option<LightDescription>> {
+pub fn light(
+    emitter: &XmlObject,
+    contents: &mut SceneContents,
+) -> Result<Option<LightDescription>> {
     let to_world = emitter.transform("to_world")?;
     let position = || Ok(emitter.vector("position")?.unwrap_or(to_world.translation));
     let ahead = to_world.transform_vector3(DVec3::Z);
@@ -126,20 +129,20 @@ pub fn light(emitter: &Object, contents: &mut Contents) -> Result<Option<LightDe
 }
 
 /// The colour of a light that is the same everywhere.
-fn colour(emitter: &Object, name: &str, contents: &mut Contents) -> Result<Rgb> {
+fn colour(emitter: &XmlObject, name: &str, contents: &mut SceneContents) -> Result<Rgb> {
     let Some(property) = emitter.get(name) else {
         return Ok(Rgb::WHITE);
     };
     let Value::Object(spectrum) = &property.value else {
-        return property.colour(Kind::Light);
+        return property.colour(ColourMeaning::Light);
     };
-    let (colour, _) = texture::texture(spectrum, Kind::Light, contents)?;
+    let (colour, _) = texture::texture(spectrum, ColourMeaning::Light, contents)?;
     let constant = colour.constant();
     constant.ok_or_else(|| property.expected("a colour, not a texture,"))
 }
 
 /// The middle of Mitsuba's maps is along +z, that of ours along -z.
-fn environment(emitter: &Object, contents: &mut Contents) -> Result<LightModel> {
+fn environment(emitter: &XmlObject, contents: &mut SceneContents) -> Result<LightModel> {
     let path = emitter.file()?;
     let scale = emitter.number_where("scale", 1.0, "a number of at least 0", |x| {
         (0.0..1e30).contains(&x)

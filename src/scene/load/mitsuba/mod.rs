@@ -24,7 +24,7 @@ mod transform;
 mod values;
 mod view;
 
-use super::contents::Contents;
+use super::contents::SceneContents;
 use crate::error::Result;
 use crate::scene::check;
 use crate::scene::description::{
@@ -40,7 +40,7 @@ use std::path::Path;
 /// If the file, or one that it names, is invalid.
 pub fn load(path: &Path) -> Result<SceneDescription> {
     let scene = document::read(path)?;
-    let mut contents = Contents::default();
+    let mut contents = SceneContents::default();
     let mut shapes = Shapes::default();
     let mut render = RenderDescription::default();
     let mut camera = None;

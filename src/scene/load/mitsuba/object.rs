@@ -5,10 +5,10 @@
 //! requested is noted as left out.
 //! Source: Mitsuba 3 documentation, "Scene XML file format". Tested in `tests/loading/mitsuba.rs`.
 
-use super::super::contents::Contents;
+use super::super::contents::SceneContents;
 use super::super::wording::shown;
 use super::folders::Folders;
-use super::spectra::{Kind, Spectral};
+use super::spectra::{ColourMeaning, Spectral};
 use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DVec3};
@@ -19,7 +19,7 @@ use std::rc::Rc;
 
 /// A bsdf, a shape or another object.
 #[derive(Debug)]
-pub struct Object {
+pub struct XmlObject {
     /// The name of the element, such as `bsdf`.
     pub tag: String,
     /// The attribute `type`.
@@ -51,10 +51,10 @@ pub enum Value {
     Colour(Rgb),
     Spectrum(Spectral),
     Transform(DAffine3),
-    Object(Rc<Object>),
+    Object(Rc<XmlObject>),
 }
 
-impl Object {
+impl XmlObject {
     /// Returns the property of this name, if present.
     pub fn get(&self, name: &str) -> Option<&Property> {
         let found = self
@@ -171,7 +171,7 @@ impl Object {
     }
 
     /// Returns all nested objects of a tag, whatever their names.
-    pub fn children<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Rc<Object>> {
+    pub fn children<'a>(&'a self, tag: &'a str) -> impl Iterator<Item = &'a Rc<XmlObject>> {
         self.properties
             .iter()
             .filter_map(move |property| match &property.value {
@@ -202,7 +202,7 @@ impl Object {
     }
 
     /// Notes that properties are left out, unless they are 0, which has no effect.
-    pub fn note_unless_zero(&self, names: &[&str], contents: &mut Contents) {
+    pub fn note_unless_zero(&self, names: &[&str], contents: &mut SceneContents) {
         for name in names {
             let value = self.get(name).map(|property| &property.value);
             if !matches!(value, None | Some(Value::Number(0.0))) {
@@ -213,7 +213,7 @@ impl Object {
     }
 
     /// Notes the properties that nothing requested; `harmless` ones do not change the image.
-    pub fn note_unused(&self, harmless: &[&str], contents: &mut Contents) {
+    pub fn note_unused(&self, harmless: &[&str], contents: &mut SceneContents) {
         for property in &self.properties {
             let is_harmless = harmless.contains(&property.name.as_str());
             if property.used.replace(true) || is_harmless {
@@ -237,7 +237,7 @@ impl Property {
     ///
     /// # Errors
     /// If the property is anything else.
-    pub fn colour(&self, kind: Kind) -> Result<Rgb> {
+    pub fn colour(&self, kind: ColourMeaning) -> Result<Rgb> {
         match &self.value {
             Value::Number(number) if *number >= 0.0 && (*number as f32).is_finite() => {
                 Ok(Rgb::grey(*number as f32))

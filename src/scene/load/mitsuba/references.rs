@@ -7,7 +7,7 @@
 //! Source: Mitsuba 3 documentation, "Scene XML file format". Tested in `tests/loading/mitsuba_files.rs`.
 
 use super::super::wording::{shown, unknown_name};
-use super::object::{Object, Property, Value};
+use super::object::{Property, Value, XmlObject};
 use crate::error::Result;
 use crate::scene::description::Place;
 use std::cell::Cell;
@@ -42,15 +42,15 @@ pub enum WrittenValue {
 /// A finished object with its depth, and the number of objects that it consists of.
 #[derive(Debug, Clone)]
 struct Finished {
-    object: Rc<Object>,
+    object: Rc<XmlObject>,
     depth: usize,
     size: u64,
 }
 
 #[derive(Debug)]
-enum Slot {
+enum ObjectSlot {
     /// An object without its properties, and these as written.
-    Written(Object, Vec<WrittenProperty>),
+    Written(XmlObject, Vec<WrittenProperty>),
     /// An object whose properties are being resolved.
     Open,
     Finished(Finished),
@@ -58,15 +58,15 @@ enum Slot {
 
 /// All objects of a scene, and the ids of those that have one.
 #[derive(Debug, Default)]
-pub struct References {
-    slots: Vec<Slot>,
+pub struct SceneObjects {
+    slots: Vec<ObjectSlot>,
     ids: BTreeMap<String, usize>,
 }
 
-impl References {
+impl SceneObjects {
     /// Adds an object with its properties, which replace those that it has, and returns its index.
-    pub fn add(&mut self, object: Object, properties: Vec<WrittenProperty>) -> usize {
-        self.slots.push(Slot::Written(object, properties));
+    pub fn add(&mut self, object: XmlObject, properties: Vec<WrittenProperty>) -> usize {
+        self.slots.push(ObjectSlot::Written(object, properties));
         self.slots.len() - 1
     }
 
@@ -147,15 +147,16 @@ impl References {
 
     /// Returns an object that so many others contain.
     fn object(&mut self, index: usize, place: &Place, outside: usize) -> Result<Finished> {
-        let (mut object, properties) = match mem::replace(&mut self.slots[index], Slot::Open) {
-            Slot::Open => {
+        let (mut object, properties) = match mem::replace(&mut self.slots[index], ObjectSlot::Open)
+        {
+            ObjectSlot::Open => {
                 return Err(place.error("expected an object that does not contain itself"));
             }
-            Slot::Finished(finished) => {
-                self.slots[index] = Slot::Finished(finished.clone());
+            ObjectSlot::Finished(finished) => {
+                self.slots[index] = ObjectSlot::Finished(finished.clone());
                 return Ok(finished);
             }
-            Slot::Written(object, properties) => (object, properties),
+            ObjectSlot::Written(object, properties) => (object, properties),
         };
         let mut depth = 0;
         let mut size = 1_u64;
@@ -182,7 +183,7 @@ impl References {
             depth: depth + 1,
             size,
         };
-        self.slots[index] = Slot::Finished(finished.clone());
+        self.slots[index] = ObjectSlot::Finished(finished.clone());
         Ok(finished)
     }
 }

@@ -6,11 +6,11 @@
 //! Source: Mitsuba 3 documentation, "Shapes". Tested in `tests/loading/mitsuba.rs` and
 //! `tests/loading/mitsuba_shapes.rs`.
 
-use super::super::contents::Contents;
+use super::super::contents::SceneContents;
 use super::super::revolution::{self, Round};
-use super::material::Surface;
+use super::material::MitsubaMaterial;
 use super::mesh::{MeshOptions, finished};
-use super::object::Object;
+use super::object::XmlObject;
 use crate::error::Result;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::scene::description::{GeometryDescription, MeshDescription, NoteKind};
@@ -26,10 +26,10 @@ pub type Cylinders = HashMap<String, Arc<MeshDescription>>;
 /// # Errors
 /// If it has no radius or no length.
 pub fn cylinder(
-    shape: &Object,
+    shape: &XmlObject,
     options: &MeshOptions,
     known: &mut Cylinders,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<(GeometryDescription, DAffine3)> {
     let from = shape.vector("p0")?.unwrap_or(DVec3::ZERO);
     let to = shape.vector("p1")?.unwrap_or(DVec3::Z);
@@ -56,7 +56,7 @@ pub fn cylinder(
 }
 
 /// The options of a round shape that is cut whole. It has normals, so that the transform has no effect on the mesh.
-fn whole(flip: bool, surface: &Surface) -> MeshOptions {
+fn whole(flip: bool, surface: &MitsubaMaterial) -> MeshOptions {
     MeshOptions {
         flip,
         to_uv: surface.to_uv,
@@ -67,7 +67,7 @@ fn whole(flip: bool, surface: &Surface) -> MeshOptions {
 }
 
 /// Notes that the texture coordinates of a round shape differ.
-fn note_uvs(shape: &Object, contents: &mut Contents) {
+fn note_uvs(shape: &XmlObject, contents: &mut SceneContents) {
     let text = "textures lie differently on it";
     contents.note(shape.note(NoteKind::Approximation, text));
 }
@@ -77,11 +77,11 @@ fn note_uvs(shape: &Object, contents: &mut Contents) {
 /// # Errors
 /// If the transform makes it a line or a point.
 pub fn disk(
-    shape: &Object,
+    shape: &XmlObject,
     to_world: DAffine3,
     flip: bool,
-    surface: &Surface,
-    contents: &mut Contents,
+    surface: &MitsubaMaterial,
+    contents: &mut SceneContents,
 ) -> Result<(GeometryDescription, DAffine3)> {
     if surface.to_uv.is_some() {
         note_uvs(shape, contents);
@@ -122,11 +122,11 @@ pub fn disk(
 /// # Errors
 /// If the transform makes it an ellipsoid, or its radius is not above 0.
 pub fn sphere(
-    shape: &Object,
+    shape: &XmlObject,
     to_world: DAffine3,
     flip: bool,
-    surface: &Surface,
-    contents: &mut Contents,
+    surface: &MitsubaMaterial,
+    contents: &mut SceneContents,
 ) -> Result<(GeometryDescription, DAffine3)> {
     let center = shape.vector("center")?.unwrap_or(DVec3::ZERO);
     let radius = shape.number_where("radius", 1.0, "a number above 0", |x| x > 0.0)?;

@@ -5,9 +5,9 @@
 //! Source: Mitsuba 3 documentation, "Sensors", "Films". A sensor of Mitsuba looks along +z with +x to the left, ours
 //! along -z with +x to the right. Tested in `tests/loading/mitsuba.rs`.
 
-use super::super::contents::Contents;
+use super::super::contents::SceneContents;
 use super::super::wording::unknown_name;
-use super::object::Object;
+use super::object::XmlObject;
 use crate::error::Result;
 use crate::image::MAX_SIDE;
 use crate::math::functions::{atan, hypot, tan};
@@ -22,9 +22,9 @@ use crate::scene::description::{
 /// # Errors
 /// If the sensor is of another kind, or a value is out of its range.
 pub fn sensor(
-    sensor: &Object,
+    sensor: &XmlObject,
     render: &mut RenderDescription,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<(CameraDescription, FilmDescription)> {
     if !matches!(sensor.kind.as_str(), "perspective" | "thinlens") {
         return Err(sensor.error("expected a sensor of type perspective or thinlens"));
@@ -87,7 +87,7 @@ pub fn sensor(
 }
 
 /// The transform of a camera that is not mirrored, and whether the image is.
-fn to_world(sensor: &Object) -> Result<(DAffine3, bool)> {
+fn to_world(sensor: &XmlObject) -> Result<(DAffine3, bool)> {
     let transform = sensor.transform("to_world")?;
     let axes = transform.matrix3;
     let [x, y, z] = [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::normalize_or_zero);
@@ -117,7 +117,7 @@ fn to_world(sensor: &Object) -> Result<(DAffine3, bool)> {
 }
 
 /// Returns the vertical field of view.
-fn field_of_view(sensor: &Object, film: &FilmDescription) -> Result<f64> {
+fn field_of_view(sensor: &XmlObject, film: &FilmDescription) -> Result<f64> {
     let (width, height) = (f64::from(film.size.0), f64::from(film.size.1));
     // Half the film's height over that of the extent which the angle refers to.
     let (share, angle) = match (sensor.number("fov")?, sensor.get("focal_length").is_some()) {
@@ -164,7 +164,7 @@ fn field_of_view(sensor: &Object, film: &FilmDescription) -> Result<f64> {
     Ok(2.0 * atan(share * angle))
 }
 
-fn film(film: &Object, contents: &mut Contents) -> Result<FilmDescription> {
+fn film(film: &XmlObject, contents: &mut SceneContents) -> Result<FilmDescription> {
     let side = |name, default| {
         let is_side = |n: f64| (1.0..=MAX_SIDE as f64).contains(&n) && n.fract() == 0.0;
         let expected = format!("a whole number from 1 to {MAX_SIDE}");
@@ -196,7 +196,7 @@ fn gaussian(deviation: f64) -> FilterDescription {
     }
 }
 
-fn filter(filter: &Object, contents: &mut Contents) -> Result<FilterDescription> {
+fn filter(filter: &XmlObject, contents: &mut SceneContents) -> Result<FilterDescription> {
     let above_0 = |x: f64| x > 0.0 && x < 100.0;
     let expected = "a number above 0 and below 100";
     let of = |kind: FilterKind| FilterDescription {
@@ -248,9 +248,9 @@ fn filter(filter: &Object, contents: &mut Contents) -> Result<FilterDescription>
 /// # Errors
 /// If a value is out of its range.
 pub fn integrator(
-    integrator: &Object,
+    integrator: &XmlObject,
     render: &mut RenderDescription,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<()> {
     let is_depth = |n: f64| n.fract() == 0.0 && (n == -1.0 || (1.0..=4e9).contains(&n));
     let expected = "-1, or a whole number of at least 1";

@@ -4,12 +4,12 @@
 //! Range: an unknown type is an error; notes name what is approximated.
 //! Source: Mitsuba 3 documentation, "Shapes". Tested in `tests/loading/mitsuba.rs`.
 
-use super::super::contents::Contents;
+use super::super::contents::SceneContents;
 use super::super::wording::unknown_name;
 use super::super::{obj, ply};
-use super::material::{Surface, material};
+use super::material::{MitsubaMaterial, material};
 use super::mesh::{self, MeshOptions};
-use super::object::Object;
+use super::object::XmlObject;
 use super::round::Cylinders;
 use super::{emitter, round, serialized};
 use crate::error::Result;
@@ -42,10 +42,10 @@ const KNOWN: &[&str] = &[
 #[derive(Default)]
 pub struct Shapes {
     /// Materials by the addresses of their objects, which live as long as the scene is read.
-    materials: HashMap<*const Object, Surface>,
-    groups: HashMap<*const Object, usize>,
-    grey: Option<Surface>,
-    black: Option<Surface>,
+    materials: HashMap<*const XmlObject, MitsubaMaterial>,
+    groups: HashMap<*const XmlObject, usize>,
+    grey: Option<MitsubaMaterial>,
+    black: Option<MitsubaMaterial>,
     cylinders: Cylinders,
 }
 
@@ -56,9 +56,9 @@ impl Shapes {
     /// If the shape, its bsdf or its emitter is invalid.
     pub fn add(
         &mut self,
-        shape: &Rc<Object>,
+        shape: &Rc<XmlObject>,
         group: Option<usize>,
-        contents: &mut Contents,
+        contents: &mut SceneContents,
     ) -> Result<()> {
         match shape.kind.as_str() {
             "shapegroup" => return self.group(shape, group, contents),
@@ -103,7 +103,12 @@ impl Shapes {
         Ok(())
     }
 
-    fn surface(&mut self, shape: &Object, emits: bool, contents: &mut Contents) -> Result<Surface> {
+    fn surface(
+        &mut self,
+        shape: &XmlObject,
+        emits: bool,
+        contents: &mut SceneContents,
+    ) -> Result<MitsubaMaterial> {
         if let Some(bsdf) = shape.children("bsdf").next() {
             let key = Rc::as_ptr(bsdf);
             let made = match self.materials.get(&key) {
@@ -130,7 +135,7 @@ impl Shapes {
                 two_sided: false,
                 ..MaterialDescription::new("default", shape.place.clone(), model)
             };
-            Surface {
+            MitsubaMaterial {
                 material: contents.add_material(material),
                 to_uv: None,
                 is_null: false,
@@ -141,9 +146,9 @@ impl Shapes {
 
     fn group(
         &mut self,
-        shape: &Rc<Object>,
+        shape: &Rc<XmlObject>,
         outer: Option<usize>,
-        contents: &mut Contents,
+        contents: &mut SceneContents,
     ) -> Result<()> {
         if outer.is_some() {
             return Err(shape.error("expected no group within a group"));
@@ -165,9 +170,9 @@ impl Shapes {
 
     fn instance(
         &mut self,
-        shape: &Rc<Object>,
+        shape: &Rc<XmlObject>,
         group: Option<usize>,
-        contents: &mut Contents,
+        contents: &mut SceneContents,
     ) -> Result<()> {
         if group.is_some() {
             return Err(shape.error("expected no instance within a group"));
@@ -193,11 +198,11 @@ impl Shapes {
 
 /// Returns the geometries of a shape with their transforms.
 fn geometries(
-    shape: &Object,
+    shape: &XmlObject,
     to_world: DAffine3,
-    surface: &Surface,
+    surface: &MitsubaMaterial,
     cylinders: &mut Cylinders,
-    contents: &mut Contents,
+    contents: &mut SceneContents,
 ) -> Result<Vec<(GeometryDescription, DAffine3)>> {
     let flip = shape.truth("flip_normals", false)?;
     let mut options = MeshOptions {

@@ -15,7 +15,7 @@ const MAX_VALUE: f64 = 1e30;
 
 /// The meaning of a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ColourMeaning {
     /// Colours of surfaces, and numbers for which a colour stands: images of eight bits are sRGB codes unless `raw`.
     Colour,
     /// The colour and strength of light; images as above.
@@ -85,13 +85,13 @@ impl Spectral {
     }
 
     /// The colour that the spectrum is seen as.
-    pub fn colour(&self, kind: Kind) -> Rgb {
+    pub fn colour(&self, kind: ColourMeaning) -> Rgb {
         match (self, kind) {
             // The white of linear Rec. 709 is that of D65, and light of equal energy is more reddish.
-            (Self::Uniform(value), Kind::Light) => *value as f32 * equal_energy(),
+            (Self::Uniform(value), ColourMeaning::Light) => *value as f32 * equal_energy(),
             (Self::Uniform(value), _) => Rgb::grey(*value as f32),
-            (Self::Sampled(samples), Kind::Light) => samples.emitted(),
-            (Self::Sampled(samples), Kind::Index) => samples.in_daylight(),
+            (Self::Sampled(samples), ColourMeaning::Light) => samples.emitted(),
+            (Self::Sampled(samples), ColourMeaning::Index) => samples.in_daylight(),
             (Self::Sampled(samples), _) => samples.surface(),
         }
     }

@@ -7,11 +7,11 @@
 //! Source: Mitsuba 3 documentation, "Textures", "Spectra". Tested in `tests/loading/mitsuba.rs` and
 //! `tests/loading/mitsuba_spectra.rs`.
 
-use super::super::contents::Contents;
+use super::super::contents::SceneContents;
 use super::super::spectrum::{Spectrum, blackbody_radiance};
 use super::super::wording::unknown_name;
-use super::object::{Object, Value};
-use super::spectra::{Kind, Spectral};
+use super::object::{Value, XmlObject};
+use super::spectra::{ColourMeaning, Spectral};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::geometry::uv_map::Wrap;
@@ -26,9 +26,9 @@ use std::sync::Arc;
 /// # Errors
 /// If the texture is of another type, its image cannot be read, or a value is out of its range.
 pub fn texture(
-    texture: &Object,
-    kind: Kind,
-    contents: &mut Contents,
+    texture: &XmlObject,
+    kind: ColourMeaning,
+    contents: &mut SceneContents,
 ) -> Result<(ColourDescription, Option<DAffine2>)> {
     let made = match texture.kind.as_str() {
         "bitmap" => bitmap(texture, kind, contents)?,
@@ -47,7 +47,7 @@ pub fn texture(
         "srgb" | "uniform" | "d65" => {
             let value = texture.get("value").or_else(|| texture.get("color"));
             let colour = match value {
-                Some(value) => value.colour(Kind::Colour)?,
+                Some(value) => value.colour(ColourMeaning::Colour)?,
                 None if texture.kind == "d65" => Rgb::WHITE,
                 None => return Err(texture.error("expected a `value`")),
             };
@@ -95,7 +95,7 @@ pub fn texture(
 }
 
 /// The colour of a spectrum, or the mean of a texture, with a note.
-fn colour_of(nested: &Object, kind: Kind, contents: &mut Contents) -> Result<Rgb> {
+fn colour_of(nested: &XmlObject, kind: ColourMeaning, contents: &mut SceneContents) -> Result<Rgb> {
     match texture(nested, kind, contents)?.0 {
         ColourDescription::Constant(colour) => Ok(colour),
         ColourDescription::Texture(texture) => {
@@ -107,7 +107,7 @@ fn colour_of(nested: &Object, kind: Kind, contents: &mut Contents) -> Result<Rgb
 }
 
 /// The image with 0 in place of values below it, and a note if there are any.
-pub fn from_zero(image: Arc<Image>, of: &Object, contents: &mut Contents) -> Arc<Image> {
+pub fn from_zero(image: Arc<Image>, of: &XmlObject, contents: &mut SceneContents) -> Arc<Image> {
     let is_below = |pixel: &Rgb| pixel.to_array().iter().any(|x| *x < 0.0);
     if !image.pixels().iter().any(is_below) {
         return image;
@@ -118,11 +118,15 @@ pub fn from_zero(image: Arc<Image>, of: &Object, contents: &mut Contents) -> Arc
     Arc::new(Image::new(image.width(), image.height(), pixels))
 }
 
-fn bitmap(texture: &Object, kind: Kind, contents: &mut Contents) -> Result<Texture> {
+fn bitmap(
+    texture: &XmlObject,
+    kind: ColourMeaning,
+    contents: &mut SceneContents,
+) -> Result<Texture> {
     let path = texture.file()?;
     let raw = texture.truth("raw", false)?;
     let space = match kind {
-        Kind::Normals => ColourSpace::Linear,
+        ColourMeaning::Normals => ColourSpace::Linear,
         _ if raw => ColourSpace::Linear,
         _ => ColourSpace::Srgb,
     };
@@ -158,7 +162,7 @@ fn bitmap(texture: &Object, kind: Kind, contents: &mut Contents) -> Result<Textu
 }
 
 /// A spectrum of samples, at equal distances or not.
-fn sampled(texture: &Object) -> Result<Spectral> {
+fn sampled(texture: &XmlObject) -> Result<Spectral> {
     if let Some(property) = texture.get("value") {
         return match &property.value {
             Value::Spectrum(spectrum) => Ok(spectrum.clone()),
@@ -189,7 +193,7 @@ fn sampled(texture: &Object) -> Result<Spectral> {
 }
 
 /// The radiance of a black body.
-fn blackbody(texture: &Object) -> Result<Rgb> {
+fn blackbody(texture: &XmlObject) -> Result<Rgb> {
     let from = texture.number("wavelength_min")?.unwrap_or(0.0);
     let to = texture.number("wavelength_max")?.unwrap_or(f64::INFINITY);
     let expected = "a temperature above 0 and at most 1e9 K";

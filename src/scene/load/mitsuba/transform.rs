@@ -5,18 +5,18 @@
 //! Source: Mitsuba 3 documentation, "Transformations". Tested in `tests/loading/mitsuba.rs`.
 
 use super::super::wording::unknown_name;
-use super::document::{Reader, Source};
+use super::document::{DocumentReader, SourceFile};
 use crate::error::Result;
 use crate::math::transform::{orientation, rotation};
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use roxmltree::Node;
 
-impl Reader {
+impl DocumentReader {
     /// Returns one step of a transform.
     ///
     /// # Errors
     /// If it is not as the format requires.
-    pub(super) fn step(&self, source: &Source<'_>, node: Node<'_, '_>) -> Result<DAffine3> {
+    pub(super) fn step(&self, source: &SourceFile<'_>, node: Node<'_, '_>) -> Result<DAffine3> {
         match node.tag_name().name() {
             "translate" => Ok(DAffine3::from_translation(self.vector(source, node, 0.0)?)),
             "scale" => Ok(DAffine3::from_scale(self.vector(source, node, 1.0)?)),
@@ -43,7 +43,7 @@ impl Reader {
     }
 
     /// The axes of Mitsuba's cameras: z ahead, y up, x to the left.
-    fn look_at(&self, source: &Source<'_>, node: Node<'_, '_>) -> Result<DAffine3> {
+    fn look_at(&self, source: &SourceFile<'_>, node: Node<'_, '_>) -> Result<DAffine3> {
         let point = |name| {
             let text = self.required(source, node, name)?;
             let numbers: Vec<f64> = text
@@ -75,7 +75,7 @@ impl Reader {
         })
     }
 
-    fn matrix(&self, source: &Source<'_>, node: Node<'_, '_>) -> Result<DAffine3> {
+    fn matrix(&self, source: &SourceFile<'_>, node: Node<'_, '_>) -> Result<DAffine3> {
         let numbers = self.list(source, node)?;
         let wrong = |why: &str| source.place(node).error(why);
         match numbers.as_slice() {

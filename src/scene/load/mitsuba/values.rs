@@ -7,7 +7,7 @@
 use super::super::read_text;
 use super::super::spectrum::Spectrum;
 use super::super::wording::{shown, unknown_name};
-use super::document::{Reader, Source};
+use super::document::{DocumentReader, SourceFile};
 use super::spectra::Spectral;
 use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
@@ -18,11 +18,11 @@ use roxmltree::Node;
 /// fill the memory.
 const MAX_INSERTED: usize = 64;
 
-impl Reader {
+impl DocumentReader {
     /// An attribute in which the values of parameters replace their `$names`, and `\$` became a dollar sign.
     pub(super) fn attribute(
         &self,
-        source: &Source<'_>,
+        source: &SourceFile<'_>,
         node: Node<'_, '_>,
         name: &str,
     ) -> Result<Option<String>> {
@@ -72,7 +72,7 @@ impl Reader {
     /// An attribute that has to be there.
     pub(super) fn required(
         &self,
-        source: &Source<'_>,
+        source: &SourceFile<'_>,
         node: Node<'_, '_>,
         name: &str,
     ) -> Result<String> {
@@ -85,7 +85,7 @@ impl Reader {
     }
 
     /// The numbers of the attribute `value`.
-    pub(super) fn list(&self, source: &Source<'_>, node: Node<'_, '_>) -> Result<Vec<f64>> {
+    pub(super) fn list(&self, source: &SourceFile<'_>, node: Node<'_, '_>) -> Result<Vec<f64>> {
         let text = self.required(source, node, "value")?;
         let words = text
             .split([' ', ',', '\t', '\n', '\r'])
@@ -105,7 +105,7 @@ impl Reader {
     /// As many numbers in the attribute `value`.
     pub(super) fn numbers<const N: usize>(
         &self,
-        source: &Source<'_>,
+        source: &SourceFile<'_>,
         node: Node<'_, '_>,
     ) -> Result<[f64; N]> {
         let list = self.list(source, node)?;
@@ -120,7 +120,7 @@ impl Reader {
     /// A vector: `value`, or `x`, `y` and `z`.
     pub(super) fn vector(
         &self,
-        source: &Source<'_>,
+        source: &SourceFile<'_>,
         node: Node<'_, '_>,
         missing: f64,
     ) -> Result<DVec3> {
@@ -144,7 +144,7 @@ impl Reader {
     /// A finite number.
     pub(super) fn number(
         &self,
-        source: &Source<'_>,
+        source: &SourceFile<'_>,
         node: Node<'_, '_>,
         text: &str,
     ) -> Result<f64> {
@@ -156,7 +156,7 @@ impl Reader {
     }
 
     /// A colour of one or three numbers of at least 0.
-    pub(super) fn colour(&self, source: &Source<'_>, node: Node<'_, '_>) -> Result<Rgb> {
+    pub(super) fn colour(&self, source: &SourceFile<'_>, node: Node<'_, '_>) -> Result<Rgb> {
         let channels = match self.list(source, node)?.as_slice() {
             [grey] => [*grey; 3],
             [r, g, b] => [*r, *g, *b],
@@ -175,7 +175,7 @@ impl Reader {
     }
 
     /// A spectrum: one value, or samples in the element or in a file.
-    pub(super) fn spectrum(&self, source: &Source<'_>, node: Node<'_, '_>) -> Result<Spectral> {
+    pub(super) fn spectrum(&self, source: &SourceFile<'_>, node: Node<'_, '_>) -> Result<Spectral> {
         if let Some(name) = self.attribute(source, node, "filename")? {
             let path = source.folders.find(&name);
             let about = |error: Error| {

@@ -5,9 +5,9 @@
 //! Source: none needed; Mitsuba has no camera for such a scene. Tested in `tests/loading/mitsuba_shapes.rs`.
 
 use super::super::bounds;
-use super::super::contents::Contents;
+use super::super::contents::SceneContents;
 use super::super::model::framed;
-use super::object::Object;
+use super::object::XmlObject;
 use crate::error::Result;
 use crate::scene::description::CameraDescription;
 
@@ -15,7 +15,10 @@ use crate::scene::description::CameraDescription;
 ///
 /// # Errors
 /// If there are none, or they are too large.
-pub fn without_sensor(scene: &Object, contents: &mut Contents) -> Result<CameraDescription> {
+pub fn without_sensor(
+    scene: &XmlObject,
+    contents: &mut SceneContents,
+) -> Result<CameraDescription> {
     let bounds = bounds::of_all(contents, bounds::of_placed);
     if bounds.is_empty() {
         let why = "expected a sensor, or shapes that one can be placed before";

@@ -16,7 +16,7 @@
 //! Source: Blender's exporter, `export_pbr_extensions`; without `Pr`, roughness = 1 - sqrt(Ns / 1000) as Blender
 //! imports it, and 1 without `Ns`. Tested below and in `tests/loading/scene_files.rs`.
 
-use super::{BUMPS, Entry};
+use super::{BUMPS, MtlMaterial};
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
 use crate::image::{ColourSpace, Image};
@@ -25,7 +25,7 @@ use crate::scene::description::{
     ClearCoatDescription, ColourDescription, MaterialDescription, MaterialModel,
     NormalMapDescription, Note, NoteKind, Place,
 };
-use crate::scene::load::colour::Textures;
+use crate::scene::load::colour::TextureCache;
 use crate::scene::load::wording::shown;
 use std::path::Path;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ const OTHER_FORMATS: [&str; 9] = [
     "basis", "dds", "gif", "ktx", "ktx2", "psd", "tif", "tiff", "webp",
 ];
 
-impl Entry {
+impl MtlMaterial {
     /// Returns notes on images that do not exist or are of a format that is not read, and are left out.
     pub fn omitted_images(&self) -> impl Iterator<Item = Note> {
         let omitted = self.pictures.iter().filter_map(|(key, (file, line))| {
@@ -57,7 +57,7 @@ impl Entry {
     ///
     /// # Errors
     /// If a texture cannot be read.
-    pub fn emission(&self, textures: &mut Textures) -> Result<Option<ColourDescription>> {
+    pub fn emission(&self, textures: &mut TextureCache) -> Result<Option<ColourDescription>> {
         let read = |file: &Path| textures.read(file, ColourSpace::Srgb, 1.0);
         let Some(texture) = self.picture("map_Ke", read)? else {
             let constant = ColourDescription::Constant(self.emission);
@@ -76,7 +76,7 @@ impl Entry {
     ///
     /// # Errors
     /// If a texture cannot be read, or glass has no refractive index.
-    pub fn material(&self, textures: &mut Textures) -> Result<MaterialDescription> {
+    pub fn material(&self, textures: &mut TextureCache) -> Result<MaterialDescription> {
         let read = |file: &Path| textures.read_reflectance(file, ColourSpace::Srgb, 1.0);
         let base_color = self.picture("map_Kd", read)?;
         // Some programs write a transparency of 1 for opaque materials.
@@ -117,7 +117,7 @@ impl Entry {
     ///
     /// # Errors
     /// If the texture cannot be read.
-    pub fn omitted_heights(&self, textures: &mut Textures) -> Result<Option<Note>> {
+    pub fn omitted_heights(&self, textures: &mut TextureCache) -> Result<Option<Note>> {
         let read = |file: &Path| textures.read(file, ColourSpace::Linear, 1.0);
         let is_used = self.pictures.contains_key("norm");
         let heights = self.picture(BUMPS, read)?;
@@ -265,7 +265,7 @@ mod tests {
     use super::*;
 
     fn model(lines: &str) -> MaterialModel {
-        let mut entry = Entry::new("m", Path::new("m.mtl"), 1);
+        let mut entry = MtlMaterial::new("m", Path::new("m.mtl"), 1);
         for line in lines.split(';') {
             let (key, rest) = line.trim().split_once(' ').expect("a key and its value");
             entry.set(key, rest, 2).expect(line);

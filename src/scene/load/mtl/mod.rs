@@ -10,7 +10,7 @@
 mod material;
 mod values;
 
-use super::contents::Contents;
+use super::contents::SceneContents;
 use super::wording::{shown, unknown_name};
 use super::{beside, read_any_text};
 use crate::error::{Error, Result};
@@ -42,7 +42,7 @@ const NOT_DRAWN: &[&str] = &[
 
 /// A material as written in the library.
 #[derive(Debug)]
-pub struct Entry {
+pub struct MtlMaterial {
     name: String,
     place: Place,
     diffuse: Rgb,
@@ -72,11 +72,11 @@ pub struct Entry {
 /// If a line is invalid.
 pub fn read(
     path: &Path,
-    known: &mut BTreeMap<String, Entry>,
-    contents: &mut Contents,
+    known: &mut BTreeMap<String, MtlMaterial>,
+    contents: &mut SceneContents,
 ) -> Result<()> {
     let text = read_any_text(path)?;
-    let mut current: Option<Entry> = None;
+    let mut current: Option<MtlMaterial> = None;
     for (line, content) in (1..).zip(text.lines()) {
         let mut words = content.split_whitespace();
         let Some(key) = words.next().filter(|key| !key.starts_with('#')) else {
@@ -92,7 +92,7 @@ pub fn read(
             if rest.is_empty() {
                 return Err(at(Error::scene("expected a name")));
             }
-            let next = Entry::new(rest, path, line);
+            let next = MtlMaterial::new(rest, path, line);
             known.extend(
                 current
                     .replace(next)
@@ -112,7 +112,7 @@ pub fn read(
     Ok(())
 }
 
-impl Entry {
+impl MtlMaterial {
     fn new(name: &str, path: &Path, line: usize) -> Self {
         Self {
             name: name.to_owned(),
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn invalid_values_are_rejected() {
-        let mut entry = Entry::new("m", Path::new("m.mtl"), 1);
+        let mut entry = MtlMaterial::new("m", Path::new("m.mtl"), 1);
         for (key, rest) in [
             ("Kd", "1 1"),
             ("Kd", "1 1 1 1"),

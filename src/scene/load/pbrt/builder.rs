@@ -5,13 +5,13 @@
 //! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::environment::{Panorama, panorama};
-use super::files::Files;
+use super::files::IncludeStack;
 use super::gamut::Gamut;
 use super::library::Library;
-use super::material::{AlphaMaterials, Made};
-use super::options::{Options, Settings};
+use super::material::{AlphaMaterials, PbrtMaterial};
+use super::options::{Options, PbrtSettings};
 use super::shape::RoundMeshes;
-use super::state::{Block, Stack, State, look_at, rotation};
+use super::state::{BlockStatement, GraphicsState, StateStack, look_at, rotation};
 use super::statements::{self, Statement};
 use super::tokens::Tokens;
 use crate::error::{Error, Result};
@@ -29,9 +29,9 @@ use std::sync::Arc;
 #[derive(Debug, Default)]
 pub struct Builder {
     pub library: Library,
-    pub state: State,
+    pub state: GraphicsState,
     /// The settings that `WorldBegin` made of the options.
-    pub settings: Option<Settings>,
+    pub settings: Option<PbrtSettings>,
     /// The group that is being defined.
     pub object: Option<usize>,
     pub times: Option<[f64; 2]>,
@@ -39,10 +39,10 @@ pub struct Builder {
     pub round_meshes: RoundMeshes,
     pub alpha_materials: AlphaMaterials,
     pub options: Options,
-    stack: Stack,
-    files: Files,
+    stack: StateStack,
+    files: IncludeStack,
     pub spaces: HashMap<String, [DAffine3; 2]>,
-    pub materials: HashMap<String, Made>,
+    pub materials: HashMap<String, PbrtMaterial>,
     pub lights: Vec<LightDescription>,
     pub panoramas: Vec<Panorama>,
     pub panorama_place: Place,
@@ -73,10 +73,12 @@ impl Builder {
     pub fn finish(mut self, path: &Path) -> Result<SceneDescription> {
         if let Some((block, place)) = self.stack.innermost() {
             return Err(place.error(match block {
-                Block::Attribute => {
+                BlockStatement::Attribute => {
                     "expected an AttributeEnd for this block, found the end of the file"
                 }
-                Block::Object => "expected an ObjectEnd for this block, found the end of the file",
+                BlockStatement::Object => {
+                    "expected an ObjectEnd for this block, found the end of the file"
+                }
             }));
         }
         let settings = self.settings.take().ok_or_else(|| {
@@ -146,13 +148,15 @@ impl Builder {
                 Ok(())
             }
             Statement::AttributeBegin => {
-                let pushed = self.stack.push(Block::Attribute, &self.state, &place);
+                let pushed = self
+                    .stack
+                    .push(BlockStatement::Attribute, &self.state, &place);
                 pushed.map_err(|why| place.error(why))
             }
             Statement::AttributeEnd => {
                 self.state = self
                     .stack
-                    .pop(Block::Attribute)
+                    .pop(BlockStatement::Attribute)
                     .map_err(|why| place.error(why))?;
                 Ok(())
             }
@@ -160,7 +164,7 @@ impl Builder {
             Statement::ObjectEnd => {
                 self.state = self
                     .stack
-                    .pop(Block::Object)
+                    .pop(BlockStatement::Object)
                     .map_err(|why| place.error(why))?;
                 self.object = None;
                 Ok(())
@@ -297,7 +301,7 @@ impl Builder {
 
     /// Begins a block for an object.
     pub fn begin_object_block(&mut self, place: &Place) -> Result<()> {
-        let pushed = self.stack.push(Block::Object, &self.state, place);
+        let pushed = self.stack.push(BlockStatement::Object, &self.state, place);
         pushed.map_err(|why| place.error(why))
     }
 }

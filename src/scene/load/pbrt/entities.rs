@@ -7,12 +7,12 @@
 use super::builder::Builder;
 use super::camera::GivenCamera;
 use super::light;
-use super::options::Given;
+use super::options::ClassStatement;
 use super::parameter::Parameter;
 use super::params::Parameters;
 use super::state::TARGETS;
 use super::statements::Entity;
-use super::texture::Kind;
+use super::texture::TextureType;
 use crate::error::Result;
 use crate::scene::description::Place;
 use crate::scene::load::wording::{shown, unknown_name};
@@ -58,10 +58,10 @@ impl Builder {
                     times,
                 });
             }
-            Entity::Film => self.options.film = Some(Given { class, params }),
-            Entity::PixelFilter => self.options.filter = Some(Given { class, params }),
-            Entity::Sampler => self.options.sampler = Some(Given { class, params }),
-            Entity::Integrator => self.options.integrator = Some(Given { class, params }),
+            Entity::Film => self.options.film = Some(ClassStatement { class, params }),
+            Entity::PixelFilter => self.options.filter = Some(ClassStatement { class, params }),
+            Entity::Sampler => self.options.sampler = Some(ClassStatement { class, params }),
+            Entity::Integrator => self.options.integrator = Some(ClassStatement { class, params }),
             Entity::MakeNamedMedium => self.note_media(&params.place),
             Entity::Material => {
                 let name = format!("{class} {}", self.library.contents.materials.len() + 1);
@@ -103,12 +103,12 @@ impl Builder {
         let placed = self.to_ours() * self.state.transforms[0];
         let exposure = self.exposure();
         match self.library.make_light(class, params, &placed, exposure)? {
-            light::Made::Light(light) => self.lights.push(light),
-            light::Made::Panorama(map) => {
+            light::PbrtLight::Light(light) => self.lights.push(light),
+            light::PbrtLight::Panorama(map) => {
                 self.panorama_place = params.place.clone();
                 self.panoramas.push(map);
             }
-            light::Made::Nothing => {}
+            light::PbrtLight::Nothing => {}
         }
         Ok(())
     }
@@ -129,8 +129,8 @@ impl Builder {
             self.state.gamut,
         );
         let kind = match value_type {
-            "float" => Kind::Float,
-            "spectrum" => Kind::Colour,
+            "float" => TextureType::Float,
+            "spectrum" => TextureType::Colour,
             _ => {
                 return Err(params.error(unknown_name(
                     "texture type",
@@ -142,8 +142,8 @@ impl Builder {
         let made = self.library.make_texture(class, kind, &params)?;
         self.library.note_unused(&params);
         let known = match kind {
-            Kind::Float => &mut self.library.floats,
-            Kind::Colour => &mut self.library.colours,
+            TextureType::Float => &mut self.library.floats,
+            TextureType::Colour => &mut self.library.colours,
         };
         if known.insert(name.clone(), made).is_some() {
             let name = shown(&name);

@@ -16,12 +16,12 @@ const MAX_FILES: usize = 10_000;
 
 /// The file that is being read, within those that include it.
 #[derive(Debug, Default)]
-pub struct Files {
+pub struct IncludeStack {
     open: Vec<PathBuf>,
     count: usize,
 }
 
-impl Files {
+impl IncludeStack {
     /// Reads a file and notes that it is open.
     ///
     /// # Errors

@@ -18,13 +18,13 @@ use std::sync::Arc;
 
 /// The formats that pbrt distinguishes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Format {
+enum PbrtImageFormat {
     Png,
     Floats,
     OtherCodes,
 }
 
-impl Format {
+impl PbrtImageFormat {
     /// The format of a file of this name.
     fn of(path: &Path) -> Self {
         let extension = path.extension().unwrap_or_default();
@@ -38,7 +38,7 @@ impl Format {
 
 /// The parameter `encoding`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Encoding {
+enum ColourEncoding {
     Space(ColourSpace),
     Gamma(f32),
 }
@@ -54,7 +54,7 @@ impl Library {
             return Ok(None);
         };
         let path = self.path(file);
-        if Format::of(&path) != Format::Png {
+        if PbrtImageFormat::of(&path) != PbrtImageFormat::Png {
             return Ok(None);
         }
         let alpha = self.contents.textures.read_alpha(&path, 1.0);
@@ -77,11 +77,13 @@ impl Library {
         };
         let path = self.path(file);
         let stated = encoding(params)?;
-        let (space, gamma) = match (Format::of(&path), stated) {
-            (Format::Png, Encoding::Space(space)) => (space, None),
-            (Format::Png, Encoding::Gamma(gamma)) => (ColourSpace::Linear, Some(gamma)),
-            (Format::Floats, _) => (ColourSpace::Linear, None),
-            (Format::OtherCodes, _) => (ColourSpace::Srgb, None),
+        let (space, gamma) = match (PbrtImageFormat::of(&path), stated) {
+            (PbrtImageFormat::Png, ColourEncoding::Space(space)) => (space, None),
+            (PbrtImageFormat::Png, ColourEncoding::Gamma(gamma)) => {
+                (ColourSpace::Linear, Some(gamma))
+            }
+            (PbrtImageFormat::Floats, _) => (ColourSpace::Linear, None),
+            (PbrtImageFormat::OtherCodes, _) => (ColourSpace::Srgb, None),
         };
         let texture = self.contents.textures.read(&path, space, 1.0);
         let texture = texture.map_err(|error| self.about(params, name, &error))?;
@@ -109,15 +111,15 @@ fn with_values(image: &Image, f: impl Fn(f32) -> f32) -> Arc<Image> {
     Arc::new(Image::new(image.width(), image.height(), pixels))
 }
 
-fn encoding(params: &Parameters) -> Result<Encoding> {
+fn encoding(params: &Parameters) -> Result<ColourEncoding> {
     let stated = params.text("encoding")?.unwrap_or("sRGB");
     let gamma = stated
         .strip_prefix("gamma ")
         .and_then(|gamma| gamma.trim().parse::<f32>().ok());
     match (stated, gamma) {
-        ("sRGB", _) => Ok(Encoding::Space(ColourSpace::Srgb)),
-        ("linear", _) => Ok(Encoding::Space(ColourSpace::Linear)),
-        (_, Some(gamma)) if gamma > 0.0 => Ok(Encoding::Gamma(gamma)),
+        ("sRGB", _) => Ok(ColourEncoding::Space(ColourSpace::Srgb)),
+        ("linear", _) => Ok(ColourEncoding::Space(ColourSpace::Linear)),
+        (_, Some(gamma)) if gamma > 0.0 => Ok(ColourEncoding::Gamma(gamma)),
         _ => {
             let found = shown(stated);
             let message = format!("expected sRGB, linear or gamma and a number, found `{found}`");

@@ -11,9 +11,9 @@ use crate::error::{Error, Result};
 use crate::math::rgb::Rgb;
 use crate::math::vec::DVec3;
 use crate::scene::description::{Note, NoteKind, Place};
-use crate::scene::load::contents::Contents;
+use crate::scene::load::contents::SceneContents;
 use crate::scene::load::read_text;
-use crate::scene::load::spectrum::{self, Named, Spectrum};
+use crate::scene::load::spectrum::{self, NamedSpectrum, Spectrum};
 use crate::scene::load::wording::{shown, unknown_name};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// Everything that was defined so far.
 #[derive(Debug, Default)]
 pub struct Library {
-    pub contents: Contents,
+    pub contents: SceneContents,
     /// The folder of the main file.
     pub folder: PathBuf,
     /// Textures of type `float`.
@@ -31,10 +31,10 @@ pub struct Library {
 }
 
 /// A spectrum as a parameter states it.
-enum Given {
+enum SpectrumParameter {
     Rgb(DVec3),
     Blackbody(f64),
-    Named(Named),
+    Named(NamedSpectrum),
     Sampled(Spectrum),
 }
 
@@ -72,14 +72,14 @@ impl Library {
             return Ok(None);
         };
         let colour = match given {
-            Given::Rgb(rgb) => Some(params.gamut_of(name).light(rgb)),
-            Given::Blackbody(kelvin) => spectrum::blackbody(kelvin),
-            Given::Named(Named::Light(colour)) => Some(colour),
-            Given::Named(Named::Index(index)) => {
+            SpectrumParameter::Rgb(rgb) => Some(params.gamut_of(name).light(rgb)),
+            SpectrumParameter::Blackbody(kelvin) => spectrum::blackbody(kelvin),
+            SpectrumParameter::Named(NamedSpectrum::Light(colour)) => Some(colour),
+            SpectrumParameter::Named(NamedSpectrum::Index(index)) => {
                 let luminance = index.luminance();
                 (luminance > 0.0).then(|| index / luminance)
             }
-            Given::Sampled(samples) => samples.light(),
+            SpectrumParameter::Sampled(samples) => samples.light(),
         };
         let finite = colour.filter(|colour| colour.is_finite());
         finite
@@ -96,15 +96,17 @@ impl Library {
             return Ok(None);
         };
         Ok(Some(match given {
-            Given::Rgb(rgb) if rgb.max_element() > 1.0 => {
+            SpectrumParameter::Rgb(rgb) if rgb.max_element() > 1.0 => {
                 return Err(
                     params.error_of(name, "expected a reflectance, at most 1 in every channel")
                 );
             }
-            Given::Rgb(rgb) => params.gamut_of(name).surface(rgb),
-            Given::Named(Named::Light(colour) | Named::Index(colour)) => colour.map(|x| x.min(1.0)),
-            Given::Sampled(samples) => samples.surface(),
-            Given::Blackbody(kelvin) => {
+            SpectrumParameter::Rgb(rgb) => params.gamut_of(name).surface(rgb),
+            SpectrumParameter::Named(
+                NamedSpectrum::Light(colour) | NamedSpectrum::Index(colour),
+            ) => colour.map(|x| x.min(1.0)),
+            SpectrumParameter::Sampled(samples) => samples.surface(),
+            SpectrumParameter::Blackbody(kelvin) => {
                 let colour = spectrum::blackbody(kelvin)
                     .ok_or_else(|| params.error_of(name, "expected a temperature that glows"))?;
                 colour / colour.max_channel()
@@ -121,10 +123,14 @@ impl Library {
             return Ok(None);
         };
         Ok(Some(match given {
-            Given::Rgb(rgb) => params.gamut_of(name).light(rgb),
-            Given::Named(Named::Index(index) | Named::Light(index)) => index,
-            Given::Sampled(samples) => samples.index(),
-            Given::Blackbody(_) => return Err(params.error_of(name, "expected a refractive index")),
+            SpectrumParameter::Rgb(rgb) => params.gamut_of(name).light(rgb),
+            SpectrumParameter::Named(NamedSpectrum::Index(index) | NamedSpectrum::Light(index)) => {
+                index
+            }
+            SpectrumParameter::Sampled(samples) => samples.index(),
+            SpectrumParameter::Blackbody(_) => {
+                return Err(params.error_of(name, "expected a refractive index"));
+            }
         }))
     }
 
@@ -138,9 +144,11 @@ impl Library {
             None | Some("float" | "integer") => params.number(name, 1.5)?,
             _ => {
                 let at_d_line = match self.given(params, name)? {
-                    Some(Given::Sampled(samples)) => samples.at(spectrum::D_LINE),
-                    Some(Given::Rgb(rgb)) => rgb.y,
-                    Some(Given::Named(Named::Index(index))) => f64::from(index.to_array()[1]),
+                    Some(SpectrumParameter::Sampled(samples)) => samples.at(spectrum::D_LINE),
+                    Some(SpectrumParameter::Rgb(rgb)) => rgb.y,
+                    Some(SpectrumParameter::Named(NamedSpectrum::Index(index))) => {
+                        f64::from(index.to_array()[1])
+                    }
                     _ => return Err(params.error_of(name, "expected a refractive index")),
                 };
                 self.approximated(
@@ -161,19 +169,19 @@ impl Library {
         }
     }
 
-    fn given(&self, params: &Parameters, name: &str) -> Result<Option<Given>> {
+    fn given(&self, params: &Parameters, name: &str) -> Result<Option<SpectrumParameter>> {
         let Some(found) = params.of_type(name, &["rgb", "blackbody", "spectrum"])? else {
             return Ok(None);
         };
         Ok(Some(match (&found.values, found.kind) {
             (Values::Numbers(rgb), "rgb") => match rgb.as_slice() {
                 [r, g, b] if rgb.iter().all(|x| (0.0..=f64::from(f32::MAX)).contains(x)) => {
-                    Given::Rgb(DVec3::new(*r, *g, *b))
+                    SpectrumParameter::Rgb(DVec3::new(*r, *g, *b))
                 }
                 _ => return Err(params.error_of(name, "expected three numbers of at least 0")),
             },
             (Values::Numbers(kelvins), "blackbody") => match kelvins.as_slice() {
-                [kelvin] if *kelvin > 0.0 => Given::Blackbody(*kelvin),
+                [kelvin] if *kelvin > 0.0 => SpectrumParameter::Blackbody(*kelvin),
                 _ => {
                     return Err(
                         params.error_of(name, "expected one temperature above 0, in kelvins")
@@ -186,7 +194,7 @@ impl Library {
                     return Err(params.error_of(name, "expected pairs of wavelength and value"));
                 }
                 let samples = Spectrum::new(pairs.to_vec());
-                Given::Sampled(samples.map_err(|why| params.error_of(name, why))?)
+                SpectrumParameter::Sampled(samples.map_err(|why| params.error_of(name, why))?)
             }
             (Values::Texts(texts), _) => match texts.as_slice() {
                 [text] => self.named(params, name, text)?,
@@ -197,9 +205,9 @@ impl Library {
     }
 
     /// A spectrum by name, or else from a file.
-    fn named(&self, params: &Parameters, name: &str, text: &str) -> Result<Given> {
+    fn named(&self, params: &Parameters, name: &str, text: &str) -> Result<SpectrumParameter> {
         if let Some(named) = spectrum::named(text) {
-            return Ok(Given::Named(named));
+            return Ok(SpectrumParameter::Named(named));
         }
         let path = self.path(text);
         if !Path::exists(&path) {
@@ -211,7 +219,7 @@ impl Library {
             let error = Error::scene(why).in_file(&path).at_line(line);
             self.about(params, name, &error)
         })?;
-        Ok(Given::Sampled(samples))
+        Ok(SpectrumParameter::Sampled(samples))
     }
 
     /// An error about a file, as one about the parameter that names it.

@@ -29,7 +29,7 @@ const CLASSES: &[&str] = &[
 ];
 
 /// A light that a statement describes.
-pub enum Made {
+pub enum PbrtLight {
     Light(LightDescription),
     /// An image at infinity: all of them become one panorama.
     Panorama(Panorama),
@@ -59,9 +59,9 @@ impl Library {
         params: &Parameters,
         placed: &DAffine3,
         exposure: f64,
-    ) -> Result<Made> {
+    ) -> Result<PbrtLight> {
         let light = |model| {
-            Made::Light(LightDescription {
+            PbrtLight::Light(LightDescription {
                 place: params.place.clone(),
                 model,
             })
@@ -89,7 +89,7 @@ impl Library {
             "infinite" => self.infinite(params, placed, exposure)?,
             "goniometric" | "projection" => {
                 self.omitted(&params.place, format!("a {class} light was left out"));
-                return Ok(Made::Nothing);
+                return Ok(PbrtLight::Nothing);
             }
             _ => return Err(params.error(unknown_name("light", class, CLASSES))),
         };
@@ -130,7 +130,12 @@ impl Library {
         })
     }
 
-    fn infinite(&mut self, params: &Parameters, placed: &DAffine3, exposure: f64) -> Result<Made> {
+    fn infinite(
+        &mut self,
+        params: &Parameters,
+        placed: &DAffine3,
+        exposure: f64,
+    ) -> Result<PbrtLight> {
         if params.has("portal") {
             let what =
                 "a portal was ignored: the light enters through the scene's openings as well";
@@ -140,7 +145,7 @@ impl Library {
         let wanted = (illuminance > 0.0).then_some(illuminance);
         if params.text("filename")?.is_none() {
             let factor = exposure * wanted.map_or(1.0, |illuminance| illuminance / PI);
-            return Ok(Made::Light(LightDescription {
+            return Ok(PbrtLight::Light(LightDescription {
                 place: params.place.clone(),
                 model: LightModel::Environment {
                     radiance: self.emitted(params, "L", factor)?.into(),
@@ -161,7 +166,7 @@ impl Library {
         }
         let scale = exposure * self.scale(params)?;
         let panorama = Panorama::new(image, scale, placed.matrix3, wanted);
-        panorama.map(Made::Panorama).ok_or_else(|| {
+        panorama.map(PbrtLight::Panorama).ok_or_else(|| {
             params.error(
                 "expected a light of finite radiance, under a transform that is not singular",
             )

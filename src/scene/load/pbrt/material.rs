@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 /// A material as shapes refer to it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Made {
+pub enum PbrtMaterial {
     /// No surface: the border between two media.
     Interface,
     /// A material, by its index, and what its textures change of texture coordinates.
@@ -55,13 +55,13 @@ impl Library {
         class: &str,
         name: &str,
         params: &Parameters,
-        named: &HashMap<String, Made>,
-    ) -> Result<Made> {
+        named: &HashMap<String, PbrtMaterial>,
+    ) -> Result<PbrtMaterial> {
         let (mut mapping, mut clear_coat) = (None, None);
         let model = match class {
             "interface" | "none" | "" => {
                 self.note_unused(params);
-                return Ok(Made::Interface);
+                return Ok(PbrtMaterial::Interface);
             }
             "mix" => return self.mix_materials(params, named),
             "diffuse" => MaterialModel::Diffuse {
@@ -92,10 +92,11 @@ impl Library {
         };
         let heights = self.heights(params, &mut mapping)?;
         let made = self.add(name, params, model, mapping);
-        if let Made::Surface { index, .. } = made {
+        if let PbrtMaterial::Surface { index, .. } = made {
             self.contents.materials[index].clear_coat = clear_coat;
         }
-        if let (Some(file), Made::Surface { index, .. }) = (params.text("normalmap")?, made) {
+        if let (Some(file), PbrtMaterial::Surface { index, .. }) = (params.text("normalmap")?, made)
+        {
             let path = self.path(file);
             let texture = self.contents.textures.read(&path, ColourSpace::Linear, 1.0);
             let texture = texture.map_err(|error| self.about(params, "normalmap", &error))?;
@@ -104,7 +105,7 @@ impl Library {
                 strength: 1.0,
                 is_right_handed: false,
             });
-        } else if let (Some(texture), Made::Surface { index, .. }) = (heights, made) {
+        } else if let (Some(texture), PbrtMaterial::Surface { index, .. }) = (heights, made) {
             let height = 1.0;
             self.contents.materials[index].bump_map = Some(BumpMapDescription { texture, height });
         }
@@ -140,9 +141,9 @@ impl Library {
         params: &Parameters,
         model: MaterialModel,
         mapping: Option<Mapping>,
-    ) -> Made {
+    ) -> PbrtMaterial {
         let description = MaterialDescription::new(name, params.place.clone(), model);
-        Made::Surface {
+        PbrtMaterial::Surface {
             index: self.contents.add_material(description),
             mapping: mapping.unwrap_or_default(),
         }
@@ -167,15 +168,15 @@ impl Library {
     fn mix_materials(
         &mut self,
         params: &Parameters,
-        named: &HashMap<String, Made>,
-    ) -> Result<Made> {
+        named: &HashMap<String, PbrtMaterial>,
+    ) -> Result<PbrtMaterial> {
         let names = params.texts("materials")?;
         let [first, second] = names else {
             return Err(params.error_of("materials", "expected the names of two materials"));
         };
         let find = |name: &String| match named.get(name) {
-            Some(Made::Surface { index, mapping }) => Ok((*index, *mapping)),
-            Some(Made::Interface) => {
+            Some(PbrtMaterial::Surface { index, mapping }) => Ok((*index, *mapping)),
+            Some(PbrtMaterial::Interface) => {
                 Err(params.error_of("materials", "an interface cannot be mixed"))
             }
             None => {
@@ -202,7 +203,7 @@ impl Library {
         let name = &self.contents.materials[index].name;
         let what = format!("a mix of materials became the one with the greater share, `{name}`");
         self.approximated(&params.place, what);
-        Ok(Made::Surface { index, mapping })
+        Ok(PbrtMaterial::Surface { index, mapping })
     }
 
     /// The reflectance of a material that is diffuse, of one colour, and has no normal map.

@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::math::functions::exp;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{ClearCoatDescription, MaterialModel};
-use crate::scene::load::spectrum::{Named, named};
+use crate::scene::load::spectrum::{NamedSpectrum, named};
 
 /// The alpha below which pbrt takes a surface as smooth.
 const SMOOTH: f64 = 1e-3;
@@ -100,7 +100,7 @@ impl Library {
             }
         }
         let copper = |name| match named(name) {
-            Some(Named::Index(index)) => index,
+            Some(NamedSpectrum::Index(index)) => index,
             _ => Rgb::WHITE,
         };
         let eta = self

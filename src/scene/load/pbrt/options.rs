@@ -20,7 +20,7 @@ use crate::scene::load::wording::unknown_name;
 
 /// A statement of a class and parameters.
 #[derive(Debug)]
-pub struct Given {
+pub struct ClassStatement {
     pub class: String,
     pub params: Parameters,
 }
@@ -29,16 +29,16 @@ pub struct Given {
 #[derive(Debug, Default)]
 pub struct Options {
     pub camera: Option<GivenCamera>,
-    pub film: Option<Given>,
-    pub filter: Option<Given>,
-    pub sampler: Option<Given>,
-    pub integrator: Option<Given>,
+    pub film: Option<ClassStatement>,
+    pub filter: Option<ClassStatement>,
+    pub sampler: Option<ClassStatement>,
+    pub integrator: Option<ClassStatement>,
     pub seed: Option<u64>,
 }
 
 /// The camera, film and render settings that follow from the statements before `WorldBegin`.
 #[derive(Debug)]
-pub struct Settings {
+pub struct PbrtSettings {
     pub camera: CameraDescription,
     pub film: FilmDescription,
     pub render: RenderDescription,
@@ -55,7 +55,7 @@ impl Options {
     ///
     /// # Errors
     /// If a parameter is not as pbrt requires, or the camera is of a kind that is not supported.
-    pub fn settings(&mut self, place: &Place, library: &mut Library) -> Result<Settings> {
+    pub fn settings(&mut self, place: &Place, library: &mut Library) -> Result<PbrtSettings> {
         let film = self.film(library)?;
         let camera = self.camera.take();
         let camera = camera.unwrap_or_else(|| GivenCamera::default_at(place));
@@ -75,7 +75,7 @@ impl Options {
         {
             library.note_unused(&given.params);
         }
-        Ok(Settings {
+        Ok(PbrtSettings {
             camera,
             film,
             render,
@@ -87,7 +87,7 @@ impl Options {
 
     fn film(&self, library: &mut Library) -> Result<FilmDescription> {
         let filter = self.filter(library)?;
-        let Some(Given { class, params }) = &self.film else {
+        let Some(ClassStatement { class, params }) = &self.film else {
             return Ok(FilmDescription {
                 size: (1280, 720),
                 filter,
@@ -140,7 +140,7 @@ impl Options {
     }
 
     fn filter(&self, library: &mut Library) -> Result<FilterDescription> {
-        let Some(Given { class, params }) = &self.filter else {
+        let Some(ClassStatement { class, params }) = &self.filter else {
             return Ok(FilterDescription {
                 kind: FilterKind::Gaussian,
                 radius: 1.5,
@@ -215,7 +215,10 @@ impl Options {
     }
 }
 
-fn read_sampler(Given { class, params }: &Given, render: &mut RenderDescription) -> Result<()> {
+fn read_sampler(
+    ClassStatement { class, params }: &ClassStatement,
+    render: &mut RenderDescription,
+) -> Result<()> {
     let whole = |name, default| params.whole(name, default, [1, i32::MAX as u32]);
     let ours = match class.as_str() {
         "independent" => Some("independent"),
@@ -246,7 +249,7 @@ fn read_sampler(Given { class, params }: &Given, render: &mut RenderDescription)
 }
 
 fn read_integrator(
-    Given { class, params }: &Given,
+    ClassStatement { class, params }: &ClassStatement,
     render: &mut RenderDescription,
     library: &mut Library,
 ) -> Result<()> {

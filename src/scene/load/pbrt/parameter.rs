@@ -5,7 +5,7 @@
 //! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::gamut::Gamut;
-use super::tokens::{Complaint, Token, Tokens};
+use super::tokens::{LineError, Token, Tokens};
 use crate::scene::load::wording::{shown, unknown_name};
 use std::cell::Cell;
 use std::rc::Rc;
@@ -55,7 +55,7 @@ pub struct Parameter {
 ///
 /// # Errors
 /// If one has no type or name, or its values are not of its type.
-pub fn read(tokens: &mut Tokens<'_>) -> std::result::Result<Vec<Rc<Parameter>>, Complaint> {
+pub fn read(tokens: &mut Tokens<'_>) -> std::result::Result<Vec<Rc<Parameter>>, LineError> {
     let mut parameters = vec![];
     while let Some(Token::Quoted(_)) = tokens.peek()? {
         if let Some((Token::Quoted(declaration), line)) = tokens.next()? {
@@ -70,7 +70,7 @@ fn parameter(
     declaration: &str,
     line: usize,
     tokens: &mut Tokens<'_>,
-) -> std::result::Result<Parameter, Complaint> {
+) -> std::result::Result<Parameter, LineError> {
     let (kind, name) = declared(declaration).map_err(|why| (line, why))?;
     let mut values = match kind {
         "string" | "texture" => Values::Texts(vec![]),

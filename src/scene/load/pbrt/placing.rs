@@ -7,7 +7,7 @@
 use super::builder::Builder;
 use super::camera::keys;
 use super::light::AreaLight;
-use super::material::Made;
+use super::material::PbrtMaterial;
 use super::mesh::Finish;
 use super::params::Parameters;
 use super::shape::ShapeAppearance;
@@ -28,7 +28,7 @@ use std::rc::Rc;
 const SCALE_TOLERANCE: f64 = 1e-4;
 
 /// Where an object is: a transform, and keys of what is applied after it.
-type Placed = (DAffine3, Vec<Keyframe>);
+type ObjectTransform = (DAffine3, Vec<Keyframe>);
 
 impl Builder {
     /// Reads a `Shape` statement.
@@ -103,8 +103,8 @@ impl Builder {
     fn material(&mut self, params: &Parameters, emits: bool) -> Result<Option<(usize, Mapping)>> {
         let (material, mapping) = match self.state.material {
             None => (self.library.contents.default_material(), Mapping::default()),
-            Some(Made::Surface { index, mapping }) => (index, mapping),
-            Some(Made::Interface) => {
+            Some(PbrtMaterial::Surface { index, mapping }) => (index, mapping),
+            Some(PbrtMaterial::Interface) => {
                 if emits {
                     let what = "a shape of material `interface` does not emit, as in pbrt";
                     self.library.decided(&params.place, what);
@@ -158,7 +158,7 @@ impl Builder {
     }
 
     /// Where the current transforms place an object.
-    fn placed(&self, params: &Parameters) -> Result<Placed> {
+    fn placed(&self, params: &Parameters) -> Result<ObjectTransform> {
         let to_ours = match self.object {
             // An instance of the object has the reflection.
             Some(_) => DAffine3::IDENTITY,
@@ -256,7 +256,7 @@ fn place_round(
     motion: Vec<Keyframe>,
     place: &Place,
     builder: &mut Builder,
-) -> Placed {
+) -> ObjectTransform {
     let is_round = matches!(
         geometry,
         GeometryDescription::Sphere { .. } | GeometryDescription::Disk { .. }

@@ -6,7 +6,7 @@
 
 use super::gamut::Gamut;
 use super::light::AreaLight;
-use super::material::Made;
+use super::material::PbrtMaterial;
 use super::parameter::Parameter;
 use crate::math::transform;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
@@ -16,25 +16,25 @@ use std::rc::Rc;
 /// The depth of blocks beyond which a file is refused.
 const MAX_BLOCKS: usize = 1024;
 
-/// The targets of `Attribute`, in the order of [`State::defaults`].
+/// The targets of `Attribute`, in the order of [`GraphicsState::defaults`].
 pub const TARGETS: [&str; 5] = ["shape", "light", "material", "medium", "texture"];
 
 /// The graphics state: settings by statements for those that follow.
 #[derive(Debug, Clone)]
-pub struct State {
+pub struct GraphicsState {
     /// From an object's space to the world's, at the start and at the end.
     pub transforms: [DAffine3; 2],
     /// Those of the two that transform statements change.
     pub active: [bool; 2],
     pub reverse: bool,
-    pub material: Option<Made>,
+    pub material: Option<PbrtMaterial>,
     pub area_light: Option<Rc<AreaLight>>,
     pub gamut: Gamut,
     /// Default parameters for each target of `Attribute`.
     pub defaults: [Rc<Vec<Rc<Parameter>>>; 5],
 }
 
-impl Default for State {
+impl Default for GraphicsState {
     fn default() -> Self {
         Self {
             transforms: [DAffine3::IDENTITY; 2],
@@ -48,7 +48,7 @@ impl Default for State {
     }
 }
 
-impl State {
+impl GraphicsState {
     /// Changes the active transforms.
     pub fn change(&mut self, f: impl Fn(DAffine3) -> DAffine3) {
         for (transform, active) in self.transforms.iter_mut().zip(self.active) {
@@ -72,21 +72,26 @@ impl State {
 
 /// The statement that begins a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Block {
+pub enum BlockStatement {
     Attribute,
     Object,
 }
 
 /// The states to return to, innermost last.
 #[derive(Debug, Default)]
-pub struct Stack(Vec<(Block, State, Place)>);
+pub struct StateStack(Vec<(BlockStatement, GraphicsState, Place)>);
 
-impl Stack {
+impl StateStack {
     /// Begins a block.
     ///
     /// # Errors
     /// If there are too many within one another.
-    pub fn push(&mut self, block: Block, state: &State, place: &Place) -> Result<(), String> {
+    pub fn push(
+        &mut self,
+        block: BlockStatement,
+        state: &GraphicsState,
+        place: &Place,
+    ) -> Result<(), String> {
         if self.0.len() >= MAX_BLOCKS {
             return Err(format!(
                 "expected at most {MAX_BLOCKS} blocks within one another"
@@ -100,13 +105,19 @@ impl Stack {
     ///
     /// # Errors
     /// If the innermost block is of another kind, or there is none.
-    pub fn pop(&mut self, block: Block) -> Result<State, String> {
+    pub fn pop(&mut self, block: BlockStatement) -> Result<GraphicsState, String> {
         match (self.0.pop(), block) {
             (Some((begun, state, _)), _) if begun == block => Ok(state),
-            (Some(_), Block::Attribute) => Err("expected ObjectEnd before AttributeEnd".to_owned()),
-            (Some(_), Block::Object) => Err("expected AttributeEnd before ObjectEnd".to_owned()),
-            (None, Block::Attribute) => Err("AttributeEnd without AttributeBegin".to_owned()),
-            (None, Block::Object) => Err("ObjectEnd without ObjectBegin".to_owned()),
+            (Some(_), BlockStatement::Attribute) => {
+                Err("expected ObjectEnd before AttributeEnd".to_owned())
+            }
+            (Some(_), BlockStatement::Object) => {
+                Err("expected AttributeEnd before ObjectEnd".to_owned())
+            }
+            (None, BlockStatement::Attribute) => {
+                Err("AttributeEnd without AttributeBegin".to_owned())
+            }
+            (None, BlockStatement::Object) => Err("ObjectEnd without ObjectBegin".to_owned()),
         }
     }
 
@@ -116,7 +127,7 @@ impl Stack {
     }
 
     /// The innermost open block and where it begins.
-    pub fn innermost(&self) -> Option<(Block, &Place)> {
+    pub fn innermost(&self) -> Option<(BlockStatement, &Place)> {
         self.0.last().map(|(block, _, place)| (*block, place))
     }
 }

@@ -5,7 +5,7 @@
 //! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::parameter::{self, Parameter, declared, number, quote};
-use super::tokens::{Complaint, Token, Tokens};
+use super::tokens::{LineError, Token, Tokens};
 use crate::math::vec::{DAffine3, DMat3, DVec3};
 use crate::scene::load::wording::unknown_name;
 use std::rc::Rc;
@@ -143,7 +143,7 @@ const OTHERS: &[&str] = &[
     "WorldBegin",
 ];
 
-type Read<T> = Result<T, Complaint>;
+type Read<T> = Result<T, LineError>;
 
 /// Reads the next statement and its line; `None` at the end of the text.
 ///

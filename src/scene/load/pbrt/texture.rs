@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 /// The type of a texture's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum TextureType {
     /// Numbers.
     Float,
     /// Colours of surfaces.
@@ -33,7 +33,7 @@ impl Library {
     /// If it is neither.
     pub fn float(&self, params: &Parameters, name: &str, default: f64) -> Result<Textured> {
         let texture = params.texture(name)?;
-        match self.texture(params, name, texture, Kind::Float)? {
+        match self.texture(params, name, texture, TextureType::Float)? {
             Some(textured) => Ok(textured),
             None => Ok(Rgb::grey(params.number(name, default)? as f32).into()),
         }
@@ -45,7 +45,7 @@ impl Library {
     /// If it is neither.
     pub fn reflectance(&self, params: &Parameters, name: &str, default: f32) -> Result<Textured> {
         let texture = params.texture(name)?;
-        match self.texture(params, name, texture, Kind::Colour)? {
+        match self.texture(params, name, texture, TextureType::Colour)? {
             Some(textured) => Ok(textured.clamped()),
             None => Ok(self
                 .surface(params, name)?
@@ -54,10 +54,16 @@ impl Library {
         }
     }
 
-    fn value(&self, params: &Parameters, name: &str, kind: Kind, default: f32) -> Result<Textured> {
+    fn value(
+        &self,
+        params: &Parameters,
+        name: &str,
+        kind: TextureType,
+        default: f32,
+    ) -> Result<Textured> {
         match kind {
-            Kind::Float => self.float(params, name, f64::from(default)),
-            Kind::Colour => self.reflectance(params, name, default),
+            TextureType::Float => self.float(params, name, f64::from(default)),
+            TextureType::Colour => self.reflectance(params, name, default),
         }
     }
 
@@ -66,14 +72,14 @@ impl Library {
         params: &Parameters,
         name: &str,
         texture: Option<&str>,
-        kind: Kind,
+        kind: TextureType,
     ) -> Result<Option<Textured>> {
         let Some(wanted) = texture else {
             return Ok(None);
         };
         let known = match kind {
-            Kind::Float => &self.floats,
-            Kind::Colour => &self.colours,
+            TextureType::Float => &self.floats,
+            TextureType::Colour => &self.colours,
         };
         match known.get(wanted) {
             Some(found) => Ok(Some(found.clone())),
@@ -92,7 +98,7 @@ impl Library {
     pub fn make_texture(
         &mut self,
         class: &str,
-        kind: Kind,
+        kind: TextureType,
         params: &Parameters,
     ) -> Result<Textured> {
         match class {
@@ -170,7 +176,7 @@ impl Library {
         })
     }
 
-    fn mix(&mut self, kind: Kind, params: &Parameters) -> Result<Textured> {
+    fn mix(&mut self, kind: TextureType, params: &Parameters) -> Result<Textured> {
         let first = self.value(params, "tex1", kind, 0.0)?;
         let second = self.value(params, "tex2", kind, 1.0)?;
         let amount = self.float(params, "amount", 0.5)?;
@@ -191,7 +197,7 @@ impl Library {
         Ok(self.both(params, &first, &second, |a, b| a + t * (b - a)))
     }
 
-    fn checkerboard(&mut self, kind: Kind, params: &Parameters) -> Result<Textured> {
+    fn checkerboard(&mut self, kind: TextureType, params: &Parameters) -> Result<Textured> {
         let colours = [
             self.value(params, "tex1", kind, 1.0)?,
             self.value(params, "tex2", kind, 0.0)?,
@@ -221,7 +227,7 @@ impl Library {
         Ok(Textured { colour, mapping })
     }
 
-    fn image_map(&mut self, kind: Kind, params: &Parameters) -> Result<Textured> {
+    fn image_map(&mut self, kind: TextureType, params: &Parameters) -> Result<Textured> {
         let mapping = self.mapping(params)?;
         let mut scale = params.number("scale", 1.0)? as f32;
         if scale < 0.0 {
@@ -243,7 +249,7 @@ impl Library {
         params.number("maxanisotropy", 8.0)?;
         let invert = params.truth("invert", false)?;
         let alpha = match kind {
-            Kind::Float => self.alpha_of(params, "filename")?,
+            TextureType::Float => self.alpha_of(params, "filename")?,
             _ => None,
         };
         let image = match alpha {
@@ -258,7 +264,7 @@ impl Library {
         if invert {
             textured = textured.map(|colour| colour.map(|x| (1.0 - x).max(0.0)));
         }
-        if kind == Kind::Float {
+        if kind == TextureType::Float {
             // A number is the mean of the channels.
             textured = textured.map(|colour| {
                 let [r, g, b] = colour.to_array();

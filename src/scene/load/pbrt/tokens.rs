@@ -30,7 +30,7 @@ pub struct Tokens<'a> {
 }
 
 /// A line and what is wrong in it.
-pub type Complaint = (usize, String);
+pub type LineError = (usize, String);
 
 impl<'a> Tokens<'a> {
     /// Begins at the start of a text.
@@ -46,7 +46,7 @@ impl<'a> Tokens<'a> {
     ///
     /// # Errors
     /// If a string is not closed, or has an unknown escape.
-    pub fn next(&mut self) -> Result<Option<(Token<'a>, usize)>, Complaint> {
+    pub fn next(&mut self) -> Result<Option<(Token<'a>, usize)>, LineError> {
         match self.peeked.take() {
             Some(token) => Ok(Some(token)),
             None => self.read(),
@@ -57,7 +57,7 @@ impl<'a> Tokens<'a> {
     ///
     /// # Errors
     /// As [`next`](Self::next).
-    pub fn peek(&mut self) -> Result<Option<&Token<'a>>, Complaint> {
+    pub fn peek(&mut self) -> Result<Option<&Token<'a>>, LineError> {
         if self.peeked.is_none() {
             self.peeked = self.read()?;
         }
@@ -69,7 +69,7 @@ impl<'a> Tokens<'a> {
         self.peeked.as_ref().map_or(self.line, |(_, line)| *line)
     }
 
-    fn read(&mut self) -> Result<Option<(Token<'a>, usize)>, Complaint> {
+    fn read(&mut self) -> Result<Option<(Token<'a>, usize)>, LineError> {
         self.skip_blanks_and_comments();
         let line = self.line;
         let Some(first) = self.rest.chars().next() else {
@@ -113,7 +113,7 @@ impl<'a> Tokens<'a> {
     }
 
     /// Reads a string from its opening quote to its closing one.
-    fn quoted(&mut self) -> Result<Cow<'a, str>, Complaint> {
+    fn quoted(&mut self) -> Result<Cow<'a, str>, LineError> {
         let inside = &self.rest[1..];
         let complain = |why: &str| Err((self.line, why.to_owned()));
         let mut unescaped: Option<String> = None;
@@ -168,7 +168,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn all(text: &str) -> Result<Vec<(Token<'_>, usize)>, Complaint> {
+    fn all(text: &str) -> Result<Vec<(Token<'_>, usize)>, LineError> {
         let mut tokens = Tokens::new(text);
         let mut found = vec![];
         while let Some(token) = tokens.next()? {

@@ -5,7 +5,7 @@
 //! Source: Turk, "The PLY Polygon File Format" (1994). Tested in `tests/loading/ply.rs`.
 
 use super::complaint::Complaint;
-use super::header::{Property, Scalar};
+use super::header::{PlyProperty, Scalar};
 use crate::scene::load::wording::shown;
 
 /// Reads numbers in the order of the file.
@@ -33,7 +33,7 @@ pub trait NumberReader {
     ///
     /// # Errors
     /// If the file ends before it, or something else is written there.
-    fn skip(&mut self, property: &Property) -> Result<(), Complaint> {
+    fn skip(&mut self, property: &PlyProperty) -> Result<(), Complaint> {
         let Some(length) = property.length else {
             return self.next(property.scalar).map(|_| ());
         };
@@ -47,7 +47,7 @@ pub trait NumberReader {
     ///
     /// # Errors
     /// As [`Self::next`], and if it is negative or not whole.
-    fn length(&mut self, property: &Property, length: Scalar) -> Result<u32, Complaint> {
+    fn length(&mut self, property: &PlyProperty, length: Scalar) -> Result<u32, Complaint> {
         self.next_index(length)?.ok_or_else(|| {
             let name = &property.name;
             self.wrong(&format!("expected the length of the list `{name}`"))

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 
 /// How the body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Encoding {
+pub enum BodyEncoding {
     Ascii,
     LittleEndian,
     BigEndian,
@@ -82,7 +82,7 @@ impl Scalar {
 
 /// A property of an element.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Property {
+pub struct PlyProperty {
     pub name: String,
     /// The type of the list's length, if the property is a list.
     pub length: Option<Scalar>,
@@ -95,7 +95,7 @@ pub struct Property {
 pub struct Element {
     pub name: String,
     pub count: usize,
-    pub properties: Vec<Property>,
+    pub properties: Vec<PlyProperty>,
     /// The line of its declaration.
     pub line: usize,
 }
@@ -103,15 +103,15 @@ pub struct Element {
 impl Element {
     /// Returns the index of the first property with one of these names.
     pub fn find(&self, names: &[&str]) -> Option<usize> {
-        let is_one = |property: &Property| names.contains(&property.name.as_str());
+        let is_one = |property: &PlyProperty| names.contains(&property.name.as_str());
         self.properties.iter().position(is_one)
     }
 
     /// The smallest number of bytes that a record takes in this encoding.
-    pub fn least_size(&self, encoding: Encoding) -> usize {
+    pub fn least_size(&self, encoding: BodyEncoding) -> usize {
         let sizes = self.properties.iter().map(|property| match encoding {
             // A digit; a separator follows all numbers but the last.
-            Encoding::Ascii => 1,
+            BodyEncoding::Ascii => 1,
             _ => property.length.unwrap_or(property.scalar).size(),
         });
         sizes.sum()
@@ -120,8 +120,8 @@ impl Element {
 
 /// A parsed header.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Header {
-    pub encoding: Encoding,
+pub struct PlyHeader {
+    pub encoding: BodyEncoding,
     pub elements: Vec<Element>,
     /// The image that a comment names, as MeshLab writes it, and the line of the comment.
     pub texture_file: Option<(String, usize)>,
@@ -131,7 +131,7 @@ pub struct Header {
     pub size: usize,
 }
 
-impl Header {
+impl PlyHeader {
     /// Parses the header at the beginning of a file.
     ///
     /// # Errors
@@ -160,9 +160,9 @@ impl Header {
                 [] | ["comment" | "obj_info", ..] => {}
                 ["format", name, "1.0"] => {
                     encoding = Some(match *name {
-                        "ascii" => Encoding::Ascii,
-                        "binary_little_endian" => Encoding::LittleEndian,
-                        "binary_big_endian" => Encoding::BigEndian,
+                        "ascii" => BodyEncoding::Ascii,
+                        "binary_little_endian" => BodyEncoding::LittleEndian,
+                        "binary_big_endian" => BodyEncoding::BigEndian,
                         _ => {
                             let known = ["ascii", "binary_little_endian", "binary_big_endian"];
                             return Err(lines.wrong(&unknown_name("format", name, &known)));
@@ -209,7 +209,7 @@ impl Header {
     }
 }
 
-fn property(kind: &[&str], name: &str) -> Result<Property, String> {
+fn property(kind: &[&str], name: &str) -> Result<PlyProperty, String> {
     let (length, scalar) = match kind {
         ["list", length, scalar] => {
             let length_type = Scalar::named(length)?;
@@ -223,7 +223,7 @@ fn property(kind: &[&str], name: &str) -> Result<Property, String> {
         [scalar] => (None, Scalar::named(scalar)?),
         _ => return Err("expected a type and a name, or `list`, two types and a name".to_owned()),
     };
-    Ok(Property {
+    Ok(PlyProperty {
         name: shown(name),
         length,
         scalar,

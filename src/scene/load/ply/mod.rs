@@ -18,7 +18,7 @@ use crate::memory;
 use crate::scene::description::{MeshDescription, Note, NoteKind, Place};
 use body::{Ascii, Binary, NumberReader};
 use complaint::Complaint;
-use header::{Element, Encoding, Header, Scalar};
+use header::{BodyEncoding, Element, PlyHeader, Scalar};
 use std::path::Path;
 
 /// The contents of a PLY file.
@@ -54,15 +54,15 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<PlyModel> {
             None => error,
         }
     };
-    let header = Header::parse(bytes).map_err(at)?;
+    let header = PlyHeader::parse(bytes).map_err(at)?;
     let vertices = check(&header, bytes.len()).map_err(at)?;
     let triangles = 2 * count_of(&header, "face") as u64;
     let bytes_needed = vertices as u64 * VERTEX + triangles * TRIANGLE;
     memory::check(bytes_needed, || format!("the mesh of {}", path.display()))?;
     let read = match header.encoding {
-        Encoding::Ascii => read_body(&header, Ascii::new(bytes, header.size, header.lines)),
-        Encoding::LittleEndian => read_body(&header, Binary::<false>::new(bytes, header.size)),
-        Encoding::BigEndian => read_body(&header, Binary::<true>::new(bytes, header.size)),
+        BodyEncoding::Ascii => read_body(&header, Ascii::new(bytes, header.size, header.lines)),
+        BodyEncoding::LittleEndian => read_body(&header, Binary::<false>::new(bytes, header.size)),
+        BodyEncoding::BigEndian => read_body(&header, Binary::<true>::new(bytes, header.size)),
     };
     let mut body = read.map_err(at)?;
     let mesh = &mut body.mesh;
@@ -84,13 +84,13 @@ pub fn decode(bytes: &[u8], path: &Path) -> Result<PlyModel> {
 const VERTEX: u64 = 76;
 const TRIANGLE: u64 = 20;
 
-fn count_of(header: &Header, name: &str) -> usize {
+fn count_of(header: &PlyHeader, name: &str) -> usize {
     let found = header.elements.iter().find(|element| element.name == name);
     found.map_or(0, |element| element.count)
 }
 
 /// Checks the elements against the size of the file, and returns the number of vertices.
-fn check(header: &Header, file_size: usize) -> std::result::Result<usize, Complaint> {
+fn check(header: &PlyHeader, file_size: usize) -> std::result::Result<usize, Complaint> {
     let mut left = file_size - header.size;
     for (index, element) in header.elements.iter().enumerate() {
         let name = &element.name;
@@ -145,7 +145,7 @@ struct Body {
 }
 
 impl Body {
-    fn notes(&self, header: &Header, path: &Path) -> Vec<Note> {
+    fn notes(&self, header: &PlyHeader, path: &Path) -> Vec<Note> {
         let note = |line: Option<usize>, text: String| {
             let file = path.to_path_buf();
             Note::at(Place { file, line }, NoteKind::Omission, text)
@@ -173,7 +173,7 @@ impl Body {
 }
 
 fn read_body(
-    header: &Header,
+    header: &PlyHeader,
     mut numbers: impl NumberReader,
 ) -> std::result::Result<Body, Complaint> {
     let mut body = Body::default();

@@ -5,27 +5,27 @@
 //! Source: Mitsuba 3 documentation, "BSDFs". Tested in `tests/loading/mitsuba.rs` and
 //! `tests/loading/mitsuba_spectra.rs`.
 
-use super::Reader;
+use super::BsdfReader;
 use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{ColourDescription, MaterialDescription, MaterialModel, NoteKind};
 use crate::scene::load::mitsuba::metals;
-use crate::scene::load::mitsuba::object::Object;
-use crate::scene::load::mitsuba::spectra::Kind;
+use crate::scene::load::mitsuba::object::XmlObject;
+use crate::scene::load::mitsuba::spectra::ColourMeaning;
 use crate::scene::load::mitsuba::texture;
 use crate::scene::load::wording::unknown_name;
 
 /// The least real part of a metal's refractive index: Fresnel's equations as we write them have no meaning for 0.
 const MIN_ETA: f32 = 1e-4;
 
-impl Reader<'_> {
+impl BsdfReader<'_> {
     /// Makes a material that of a metal.
     ///
     /// # Errors
     /// If the metal is unknown, or a value out of its range.
     pub(super) fn conductor(
         &mut self,
-        bsdf: &Object,
+        bsdf: &XmlObject,
         made: &mut MaterialDescription,
     ) -> Result<()> {
         let roughness = self.roughness(bsdf)?;
@@ -68,8 +68,8 @@ impl Reader<'_> {
     }
 
     /// The real or the imaginary part of the index.
-    fn index(&mut self, bsdf: &Object, name: &str, default: f32) -> Result<Rgb> {
-        let index = self.colour(bsdf, name, Rgb::grey(default), Kind::Index)?;
+    fn index(&mut self, bsdf: &XmlObject, name: &str, default: f32) -> Result<Rgb> {
+        let index = self.colour(bsdf, name, Rgb::grey(default), ColourMeaning::Index)?;
         Ok(match index {
             ColourDescription::Constant(index) => index,
             ColourDescription::Texture(_) => {

@@ -4,17 +4,17 @@
 //! Range: the names of Mitsuba's media, or indices from 0.01 to 100; others are errors.
 //! Source: Mitsuba 3 documentation, "BSDFs". Tested in `tests/loading/mitsuba.rs`.
 
-use super::Reader;
+use super::BsdfReader;
 use crate::error::Result;
 use crate::scene::description::{MaterialDescription, MaterialModel, NoteKind};
 use crate::scene::load::mitsuba::metals;
-use crate::scene::load::mitsuba::object::{Object, Value};
+use crate::scene::load::mitsuba::object::{Value, XmlObject};
 use crate::scene::load::wording::unknown_name;
 
-impl Reader<'_> {
+impl BsdfReader<'_> {
     pub(super) fn dielectric(
         &mut self,
-        bsdf: &Object,
+        bsdf: &XmlObject,
         made: &mut MaterialDescription,
     ) -> Result<()> {
         self.factor(bsdf, "specular_reflectance")?;
@@ -31,7 +31,11 @@ impl Reader<'_> {
         Ok(())
     }
 
-    pub(super) fn plastic(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
+    pub(super) fn plastic(
+        &mut self,
+        bsdf: &XmlObject,
+        made: &mut MaterialDescription,
+    ) -> Result<()> {
         self.factor(bsdf, "specular_reflectance")?;
         let ior = self.ior(bsdf, "polypropylene")?;
         if ior < 1.0 {
@@ -47,7 +51,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    pub(super) fn ior(&self, bsdf: &Object, inside: &str) -> Result<f32> {
+    pub(super) fn ior(&self, bsdf: &XmlObject, inside: &str) -> Result<f32> {
         let index = |name: &str, default: &str| -> Result<f64> {
             let index = match bsdf.get(name).map(|property| &property.value) {
                 None => metals::medium(default),

@@ -11,17 +11,17 @@ mod parameters;
 mod principled;
 mod wrappers;
 
-use super::object::Object;
+use super::object::XmlObject;
 use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::math::vec::DAffine2;
 use crate::scene::description::{MaterialDescription, MaterialModel, NoteKind};
-use crate::scene::load::contents::Contents;
+use crate::scene::load::contents::SceneContents;
 use crate::scene::load::wording::unknown_name;
 
 /// A material, and the transform of texture coordinates that its textures require of the shape.
 #[derive(Debug, Clone)]
-pub struct Surface {
+pub struct MitsubaMaterial {
     pub material: usize,
     /// `None` if nothing in the material is textured.
     pub to_uv: Option<DAffine2>,
@@ -33,8 +33,8 @@ pub struct Surface {
 ///
 /// # Errors
 /// If the bsdf or a nested one is invalid.
-pub fn material(bsdf: &Object, contents: &mut Contents) -> Result<Surface> {
-    let mut reader = Reader {
+pub fn material(bsdf: &XmlObject, contents: &mut SceneContents) -> Result<MitsubaMaterial> {
+    let mut reader = BsdfReader {
         contents,
         to_uv: None,
     };
@@ -50,7 +50,7 @@ pub fn material(bsdf: &Object, contents: &mut Contents) -> Result<Surface> {
     if made.transmits() {
         made.two_sided = true;
     }
-    Ok(Surface {
+    Ok(MitsubaMaterial {
         to_uv: reader.to_uv,
         material: contents.add_material(made),
         is_null: bsdf.kind == "null",
@@ -99,19 +99,19 @@ const REPLACED: &[&str] = &[
 ];
 
 /// A bsdf and those nested in it as they are read.
-struct Reader<'a> {
-    contents: &'a mut Contents,
+struct BsdfReader<'a> {
+    contents: &'a mut SceneContents,
     to_uv: Option<DAffine2>,
 }
 
-impl Reader<'_> {
+impl BsdfReader<'_> {
     fn diffuse_grey(&self, grey: f32) -> MaterialModel {
         MaterialModel::Diffuse {
             reflectance: Rgb::grey(grey).into(),
         }
     }
 
-    fn read(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
+    fn read(&mut self, bsdf: &XmlObject, made: &mut MaterialDescription) -> Result<()> {
         match bsdf.kind.as_str() {
             "diffuse" | "roughdiffuse" => {
                 if bsdf.kind == "roughdiffuse" {
@@ -151,7 +151,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn note(&mut self, bsdf: &Object, kind: NoteKind, text: &str) {
+    fn note(&mut self, bsdf: &XmlObject, kind: NoteKind, text: &str) {
         self.contents.note(bsdf.note(kind, text));
     }
 }

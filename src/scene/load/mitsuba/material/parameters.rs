@@ -4,22 +4,22 @@
 //! Range: reflectances and shares from 0 to 1, others are errors; what our models do not have is replaced, with a note.
 //! Source: Mitsuba 3 documentation, "BSDFs". Tested in `tests/loading/mitsuba.rs`.
 
-use super::Reader;
+use super::BsdfReader;
 use crate::error::Result;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{ColourDescription, NoteKind};
-use crate::scene::load::mitsuba::object::{Object, Value};
-use crate::scene::load::mitsuba::spectra::Kind;
+use crate::scene::load::mitsuba::object::{Value, XmlObject};
+use crate::scene::load::mitsuba::spectra::ColourMeaning;
 use crate::scene::load::mitsuba::texture;
 
-impl Reader<'_> {
+impl BsdfReader<'_> {
     /// A colour or a texture.
     pub(super) fn colour(
         &mut self,
-        bsdf: &Object,
+        bsdf: &XmlObject,
         name: &str,
         default: Rgb,
-        kind: Kind,
+        kind: ColourMeaning,
     ) -> Result<ColourDescription> {
         let Some(property) = bsdf.get(name) else {
             return Ok(default.into());
@@ -31,7 +31,11 @@ impl Reader<'_> {
     }
 
     /// A texture; the transform of the first texture's coordinates holds for all.
-    pub(super) fn texture(&mut self, texture: &Object, kind: Kind) -> Result<ColourDescription> {
+    pub(super) fn texture(
+        &mut self,
+        texture: &XmlObject,
+        kind: ColourMeaning,
+    ) -> Result<ColourDescription> {
         let (colour, to_uv) = texture::texture(texture, kind, self.contents)?;
         if let Some(to_uv) = to_uv {
             let known = *self.to_uv.get_or_insert(to_uv);
@@ -60,11 +64,11 @@ impl Reader<'_> {
     /// A colour whose channels are at most 1.
     pub(super) fn reflectance(
         &mut self,
-        bsdf: &Object,
+        bsdf: &XmlObject,
         name: &str,
         default: f32,
     ) -> Result<ColourDescription> {
-        let colour = self.colour(bsdf, name, Rgb::grey(default), Kind::Colour)?;
+        let colour = self.colour(bsdf, name, Rgb::grey(default), ColourMeaning::Colour)?;
         if colour.brightest().max_channel() <= 1.0 {
             return Ok(colour);
         }
@@ -72,7 +76,7 @@ impl Reader<'_> {
     }
 
     /// A factor that our model has not: notes it unless it is 1.
-    pub(super) fn factor(&mut self, bsdf: &Object, name: &str) -> Result<()> {
+    pub(super) fn factor(&mut self, bsdf: &XmlObject, name: &str) -> Result<()> {
         let factor = self.mean_of(|reader| reader.reflectance(bsdf, name, 1.0))?;
         if factor.constant() != Some(Rgb::WHITE) {
             self.note(
@@ -85,9 +89,10 @@ impl Reader<'_> {
     }
 
     /// A number from 0 to 1, or the mean of a texture, with a note.
-    pub(super) fn share(&mut self, bsdf: &Object, name: &str, default: f64) -> Result<f64> {
+    pub(super) fn share(&mut self, bsdf: &XmlObject, name: &str, default: f64) -> Result<f64> {
         let default = Rgb::grey(default as f32);
-        let colour = self.mean_of(|reader| reader.colour(bsdf, name, default, Kind::Colour))?;
+        let colour =
+            self.mean_of(|reader| reader.colour(bsdf, name, default, ColourMeaning::Colour))?;
         let share = match colour.constant() {
             Some(share) => f64::from(share.luminance()),
             None => {
@@ -107,7 +112,7 @@ impl Reader<'_> {
     }
 
     /// Roughness from `alpha`, of which a texture counts by its mean and two axes by their geometric mean.
-    pub(super) fn roughness(&mut self, bsdf: &Object) -> Result<f32> {
+    pub(super) fn roughness(&mut self, bsdf: &XmlObject) -> Result<f32> {
         if !bsdf.kind.starts_with("rough") {
             return Ok(0.0);
         }

@@ -4,17 +4,17 @@
 //! Range: shares from 0 to 1, `eta` from 1 to 100; others are errors.
 //! Source: Mitsuba 3 documentation, "BSDFs". Tested in `tests/loading/mitsuba.rs`.
 
-use super::Reader;
+use super::BsdfReader;
 use crate::error::Result;
 use crate::scene::description::{
     ClearCoatDescription, MaterialDescription, MaterialModel, NoteKind,
 };
-use crate::scene::load::mitsuba::object::Object;
+use crate::scene::load::mitsuba::object::XmlObject;
 
-impl Reader<'_> {
+impl BsdfReader<'_> {
     pub(super) fn principled(
         &mut self,
-        bsdf: &Object,
+        bsdf: &XmlObject,
         made: &mut MaterialDescription,
     ) -> Result<()> {
         let mut share = |name: &str, default: f64| -> Result<f32> {
@@ -62,7 +62,7 @@ impl Reader<'_> {
     }
 
     /// The model of Phong, of versions before 2.
-    pub(super) fn phong(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
+    pub(super) fn phong(&mut self, bsdf: &XmlObject, made: &mut MaterialDescription) -> Result<()> {
         let diffuse = self.reflectance(bsdf, "diffuse_reflectance", 0.5)?;
         let specular = self.reflectance(bsdf, "specular_reflectance", 0.2)?;
         if (diffuse.brightest() + specular.brightest()).max_channel() > 1.0 {

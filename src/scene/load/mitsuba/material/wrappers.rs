@@ -4,7 +4,7 @@
 //! Range: a bsdf without the nested ones that it requires is an error.
 //! Source: Mitsuba 3 documentation, "BSDFs". Tested in `tests/loading/mitsuba.rs`.
 
-use super::Reader;
+use super::BsdfReader;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::math::rgb::Rgb;
@@ -12,16 +12,16 @@ use crate::scene::description::{
     BumpMapDescription, ClearCoatDescription, ColourDescription, MaterialDescription,
     MaterialModel, NormalMapDescription, NoteKind,
 };
-use crate::scene::load::mitsuba::object::Object;
-use crate::scene::load::mitsuba::spectra::Kind;
+use crate::scene::load::mitsuba::object::XmlObject;
+use crate::scene::load::mitsuba::spectra::ColourMeaning;
 use crate::scene::load::mitsuba::texture;
 use std::rc::Rc;
 use std::sync::Arc;
 
-impl Reader<'_> {
+impl BsdfReader<'_> {
     pub(super) fn two_sided(
         &mut self,
-        bsdf: &Object,
+        bsdf: &XmlObject,
         made: &mut MaterialDescription,
     ) -> Result<()> {
         let mut sides = bsdf.children("bsdf");
@@ -36,8 +36,8 @@ impl Reader<'_> {
         Ok(())
     }
 
-    pub(super) fn mask(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
-        let opacity = self.colour(bsdf, "opacity", Rgb::grey(0.5), Kind::Colour)?;
+    pub(super) fn mask(&mut self, bsdf: &XmlObject, made: &mut MaterialDescription) -> Result<()> {
+        let opacity = self.colour(bsdf, "opacity", Rgb::grey(0.5), ColourMeaning::Colour)?;
         made.alpha = match opacity.constant() {
             Some(opacity) => opacity.map(|x| x.min(1.0)).into(),
             None => opacity,
@@ -47,12 +47,12 @@ impl Reader<'_> {
 
     pub(super) fn normal_mapped(
         &mut self,
-        bsdf: &Object,
+        bsdf: &XmlObject,
         made: &mut MaterialDescription,
     ) -> Result<()> {
         self.nested(bsdf, made)?;
         self.begin_detail(bsdf, made)?;
-        let texture = self.nested_texture(bsdf, Kind::Normals)?;
+        let texture = self.nested_texture(bsdf, ColourMeaning::Normals)?;
         made.normal_map = texture.map(|texture| NormalMapDescription {
             texture,
             strength: 1.0,
@@ -63,19 +63,23 @@ impl Reader<'_> {
 
     pub(super) fn bump_mapped(
         &mut self,
-        bsdf: &Object,
+        bsdf: &XmlObject,
         made: &mut MaterialDescription,
     ) -> Result<()> {
         self.nested(bsdf, made)?;
         self.begin_detail(bsdf, made)?;
         let height = bsdf.number("scale")?.unwrap_or(1.0) as f32;
-        let texture = self.nested_texture(bsdf, Kind::Colour)?;
+        let texture = self.nested_texture(bsdf, ColourMeaning::Colour)?;
         made.bump_map = texture.map(|texture| BumpMapDescription { texture, height });
         Ok(())
     }
 
     /// A coat of versions before 2 over its nested bsdf, which is a clear coat over metal and other opaque surfaces.
-    pub(super) fn coating(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
+    pub(super) fn coating(
+        &mut self,
+        bsdf: &XmlObject,
+        made: &mut MaterialDescription,
+    ) -> Result<()> {
         self.nested(bsdf, made)?;
         let ior = self.ior(bsdf, "bk7")?.max(1.0);
         let roughness = self.roughness(bsdf)?;
@@ -96,7 +100,7 @@ impl Reader<'_> {
 
     /// Removes the map of normals or heights of a nested bsdf, which another one replaces, and notes what Mitsuba does with
     /// tilted normals.
-    fn begin_detail(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
+    fn begin_detail(&mut self, bsdf: &XmlObject, made: &mut MaterialDescription) -> Result<()> {
         let (normals, heights) = (made.normal_map.take(), made.bump_map.take());
         if normals.is_some() || heights.is_some() {
             let text = "replaces the map of normals or heights of its nested bsdf";
@@ -111,13 +115,14 @@ impl Reader<'_> {
     }
 
     /// Two diffuse surfaces of constant colour blend exactly; of others, the one with the greater weight remains.
-    pub(super) fn blend(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
+    pub(super) fn blend(&mut self, bsdf: &XmlObject, made: &mut MaterialDescription) -> Result<()> {
         let sides: Vec<_> = bsdf.children("bsdf").collect();
         let [first, second] = sides.as_slice() else {
             return Err(bsdf.error("expected two nested bsdfs"));
         };
-        let weight =
-            self.mean_of(|reader| reader.colour(bsdf, "weight", Rgb::grey(0.5), Kind::Colour))?;
+        let weight = self.mean_of(|reader| {
+            reader.colour(bsdf, "weight", Rgb::grey(0.5), ColourMeaning::Colour)
+        })?;
         let weight = texture::mean(&weight).clamp(0.0, 1.0) as f32;
         let mut other = made.clone();
         let outer = self.to_uv;
@@ -147,7 +152,11 @@ impl Reader<'_> {
     }
 
     /// The texture inside a bsdf; `None` if it is of one colour.
-    fn nested_texture(&mut self, bsdf: &Object, kind: Kind) -> Result<Option<Arc<Texture>>> {
+    fn nested_texture(
+        &mut self,
+        bsdf: &XmlObject,
+        kind: ColourMeaning,
+    ) -> Result<Option<Arc<Texture>>> {
         let texture = bsdf.children("texture").next();
         let texture = texture.ok_or_else(|| bsdf.error("expected a nested texture"))?;
         Ok(match self.texture(texture, kind)? {
@@ -156,7 +165,7 @@ impl Reader<'_> {
         })
     }
 
-    fn nested(&mut self, bsdf: &Object, made: &mut MaterialDescription) -> Result<()> {
+    fn nested(&mut self, bsdf: &XmlObject, made: &mut MaterialDescription) -> Result<()> {
         let inner = bsdf.children("bsdf").next();
         let inner = inner.ok_or_else(|| bsdf.error("expected a nested bsdf"))?;
         self.read(inner, made)

@@ -7,7 +7,7 @@
 use super::args::MergeArguments;
 use super::denoise::{DenoiseStats, Denoised};
 use super::output::{explain, format_confidence, format_percent};
-use super::render::states::is_state;
+use super::render::states::{is_same_file, is_state};
 use super::render::summary::{are_too_many, biased_by, warn_of_disagreement};
 use super::{Outcome, command_line, print};
 use etendue::internals::film::ErrorEstimate;
@@ -62,11 +62,40 @@ fn check(arguments: &MergeArguments) -> Result<()> {
     arguments.denoise.map_or(Ok(()), |filter| filter.check())
 }
 
+/// The files to merge: of folders, all state files but the outputs, by name.
+fn state_files(arguments: &MergeArguments) -> Result<Vec<PathBuf>> {
+    let mut files = vec![];
+    for path in &arguments.files {
+        if !path.is_dir() {
+            files.push(path.clone());
+            continue;
+        }
+        let cannot_read = |error| Error::io("cannot read", path, error);
+        let before = files.len();
+        for entry in path.read_dir().map_err(cannot_read)? {
+            let file = entry.map_err(cannot_read)?.path();
+            let is_output = arguments
+                .out
+                .iter()
+                .any(|output| is_same_file(output, &file));
+            if is_state(&file) && !is_output {
+                files.push(file);
+            }
+        }
+        if files.len() == before {
+            return Err(Error::usage("has no state files (.etd) to merge").in_file(path));
+        }
+        files[before..].sort_unstable();
+    }
+    Ok(files)
+}
+
 /// Merges according to the arguments.
 pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
     let start = Instant::now();
     check(arguments)?;
-    let merge = Merge::of(&arguments.files)?;
+    let files = state_files(arguments)?;
+    let merge = Merge::of(&files)?;
     let missing = merge.missing();
     if !missing.is_empty() && !arguments.partial {
         return Err(Error::usage(format!(
@@ -81,7 +110,7 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
             "--denoise filters an image: give one by -o, such as -o image.exr",
         ));
     }
-    if arguments.denoise.is_some() && !arguments.files.iter().any(has_layers) {
+    if arguments.denoise.is_some() && !files.iter().any(has_layers) {
         return Err(lacks_layers());
     }
     let state = merge.sum()?;
@@ -99,7 +128,7 @@ pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
     let needed = arguments.error.filter(|_| reached == Some(false));
     let report = MergeReport {
         version: state.header.identity.program.clone(),
-        files: arguments.files.len(),
+        files: files.len(),
         spp: state.header.samples(),
         missing,
         rel_rmse: error.map(|error| error.rel_rmse),

@@ -107,6 +107,15 @@ impl<'a> Run<'a> {
         let mut checkpoints = Checkpoints::new(self.observer.checkpoint_interval(), self.start);
         let mut estimates = Estimates::new(self.start);
         let mut is_reached = false;
+        // A pilot is a share of the render's own samples, also where it is rendered in several parts.
+        let used = |planner: &PassPlanner| match settings.budget.only_samples() {
+            Some(spp) => planner.spp() as f64 / spp as f64,
+            None => planner.fraction(planner.spp() as f64, self.start.elapsed()),
+        };
+        // The state that a render continues from may be a whole pilot.
+        if planner.spp() > 0 {
+            allocator.pass_done(&rendered.film, planner.spp(), used(&planner));
+        }
         while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.left()) {
             let samples = match allocator.is_in_pilot() {
                 true => samples.min(left_of_pilot(settings.budget, planner.spp())),
@@ -137,12 +146,7 @@ impl<'a> Run<'a> {
                 self.estimate(film, &mut planner, &allocator, &mut shown);
                 estimates.made(begun);
             }
-            // A pilot is a share of the render's own samples, also where it is rendered in several parts.
-            let used = match settings.budget.only_samples() {
-                Some(spp) => planner.spp() as f64 / spp as f64,
-                None => planner.fraction(planner.spp() as f64, self.start.elapsed()),
-            };
-            allocator.pass_done(film, planner.spp(), used);
+            allocator.pass_done(film, planner.spp(), used(&planner));
             if checkpoints.is_due() {
                 self.record(rendered, &planner, &allocator);
                 self.observer.checkpoint(rendered);

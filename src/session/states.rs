@@ -25,7 +25,7 @@ impl Session {
     ///
     /// # Errors
     /// The errors of [`Session::start`]; a state of another scene, of other settings or of another version; an error to reach
-    /// by a shard; a state of an adaptive render whose samples were distributed by a pilot.
+    /// by a shard; a shard of an adaptive render whose samples were distributed by a pilot.
     pub fn resume(
         &self,
         options: &RenderOptions,
@@ -39,8 +39,8 @@ impl Session {
 }
 
 impl Rendering {
-    /// Continues from a state, in place of a beginning, as [`Session::resume`] does. The samples of adaptive renders are
-    /// distributed by a pilot first.
+    /// Continues from a state, in place of a beginning, as [`Session::resume`] does. The samples of a shard of an adaptive
+    /// render are distributed by a pilot first.
     ///
     /// # Errors
     /// The errors of [`Session::resume`]; a state whose samples were distributed by another pilot than those here.
@@ -48,17 +48,15 @@ impl Rendering {
         self.check_is_of(session, &state)?;
         let header = &state.header;
         let pilot = self.rendered.allocation.as_deref().map(AdaptivePilot::of);
-        let is_adaptive = self.settings.adaptive == Adaptive::TwoPhase;
         let wrong = match (&header.pilot, &pilot) {
             _ if self.settings.adaptive == Adaptive::Greedy => {
                 "a greedy adaptive render cannot be continued"
             }
             (Some(a), Some(b)) if a != b => "its samples were distributed by another pilot",
-            (Some(_), None) => "its samples were distributed by a pilot: give the pilot by --pilot",
-            (None, Some(_)) => "it is of a pilot, not of samples that a pilot distributed",
-            (None, None) if is_adaptive && header.shard.is_none() => {
-                "it is of a pilot: --pilot instead of --resume continues after it"
+            (Some(_), None) if !header.has_allocation => {
+                "its samples were distributed by a pilot: give the pilot by --pilot"
             }
+            (None, Some(_)) => "it is of a pilot, not of samples that a pilot distributed",
             _ => "",
         };
         if !wrong.is_empty() {
@@ -73,7 +71,8 @@ impl Rendering {
             ));
         }
         self.rendered.is_shard = self.shard.is_some();
-        self.rendered.is_pilot = is_adaptive && pilot.is_none();
+        let is_adaptive = self.settings.adaptive == Adaptive::TwoPhase;
+        self.rendered.is_pilot = is_adaptive && self.shard.is_some() && pilot.is_none();
         state.continue_in(&mut self.rendered)
     }
 
@@ -191,18 +190,10 @@ impl Rendering {
     /// Checks that the render can have state files.
     ///
     /// # Errors
-    /// A greedy adaptive render; a two-phase one that is no part of a pilot and whose pilot is not known.
+    /// A greedy adaptive render.
     pub fn check_can_be_kept(&self) -> Result<()> {
-        let is_distributed = self.rendered.is_pilot || self.rendered.allocation.is_some();
         match self.settings.adaptive {
-            Adaptive::Off => Ok(()),
-            Adaptive::TwoPhase if is_distributed => Ok(()),
-            Adaptive::TwoPhase => Err(match self.whole_spp() {
-                Some(spp) => without_pilot(Budget::samples(spp).pilot()),
-                None => Error::usage(
-                    "shards and checkpoints of an adaptive render need its pilot, whose length follows from --spp: give --spp, or use --adaptive=off",
-                ),
-            }),
+            Adaptive::Off | Adaptive::TwoPhase => Ok(()),
             Adaptive::Greedy => Err(Error::usage(
                 "the samples of a greedy adaptive render depend on its passes, so that it has no shards and no checkpoints: use --adaptive, or --adaptive=off",
             )),
@@ -320,7 +311,7 @@ fn part_of_pilot(shard: Shard, spp: u64) -> Result<Range<u64>> {
 /// The error for samples that a pilot of this many samples has to distribute.
 fn without_pilot(pilot: u64) -> Error {
     Error::usage(format!(
-        "the samples of an adaptive render are distributed by its pilot, which shards and checkpoints need: render the pilot by --shard 0..{pilot} -o pilot.etd, and give it by --pilot pilot.etd; or use --adaptive=off"
+        "the samples of an adaptive render are distributed by its pilot, which shards need: render the pilot by --shard 0..{pilot} -o pilot.etd, and give it by --pilot pilot.etd; or use --adaptive=off"
     ))
 }
 
@@ -340,7 +331,9 @@ pub fn save(
         )
         .in_file(path));
     }
-    State::write_parts(&header.of(rendered, &layers), &rendered.film, &layers, path)
+    let header = header.of(rendered, &layers);
+    let allocation = rendered.allocation.as_deref();
+    State::write_parts(&header, &rendered.film, &layers, allocation, path)
 }
 
 /// Whether Markov chains have splats of a pass that is not complete.

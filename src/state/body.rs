@@ -1,4 +1,5 @@
-//! The body of a state file: the sums of all pixels, which are added to those of a film.
+//! The body of a state file: the sums of all pixels, which are added to those of a film, layers, and the allocation of an
+//! adaptive render.
 //!
 //! Most of the doubles of a sum are 0: samples of similar brightness have no rounding error, and black pixels have no
 //! sum. A bit for each double, 24 or 32 a pixel, tells which are not.
@@ -7,13 +8,14 @@
 //! Range: a body that is too short, too long or has a number that no sum has is an error that names the byte.
 //! Source: none needed. Tested in `tests/rendering/state.rs` and `tests/fuzz_corpus.rs`.
 
-use super::header::{MAX_COUNTED, StateHeader, damaged};
+use super::header::{AdaptivePilot, MAX_COUNTED, StateHeader, damaged};
 use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::pixel::Sums;
 use crate::film::splatted::Splatted;
-use crate::film::{Film, Tile};
+use crate::film::{Film, Tile, Window};
 use crate::image::Layer;
+use crate::render::adaptive::allocation::Allocation;
 use crate::render::settings::MAX_SPP;
 use rayon::prelude::*;
 use std::io::{self, Write};
@@ -22,7 +24,12 @@ use std::io::{self, Write};
 const MAX_DOUBLES: usize = 32;
 
 /// Writes the body of a state.
-pub fn write(film: &Film, layers: &[Layer], writer: &mut impl Write) -> io::Result<()> {
+pub fn write(
+    film: &Film,
+    layers: &[Layer],
+    allocation: Option<&Allocation>,
+    writer: &mut impl Write,
+) -> io::Result<()> {
     let tiles = film.tiles();
     for tile in tiles {
         writer.write_all(&tile.samples.to_le_bytes())?;
@@ -53,6 +60,9 @@ pub fn write(film: &Film, layers: &[Layer], writer: &mut impl Write) -> io::Resu
             writer.write_all(&sample.to_le_bytes())?;
         }
     }
+    for number in allocation.into_iter().flat_map(Allocation::parts).flatten() {
+        writer.write_all(&number.to_le_bytes())?;
+    }
     Ok(())
 }
 
@@ -71,11 +81,19 @@ fn write_sums<const C: usize>(sums: &Sums<C>, writer: &mut impl Write) -> io::Re
     writer.write_all(&bytes[..length])
 }
 
-/// Adds the samples of a body to a film of the header's form, and returns the layers.
+/// The parts of a body beside its sums.
+pub struct BesideSums {
+    /// The layers of the first hits.
+    pub layers: Vec<Layer>,
+    /// The allocation of samples to the pixels.
+    pub allocation: Option<Allocation>,
+}
+
+/// Adds the samples of a body to a film of the header's form, and returns its other parts.
 ///
 /// # Errors
 /// A damaged body. The film has then some of the samples.
-pub fn add_to(header: &StateHeader, body: &[u8], film: &mut Film) -> Result<Vec<Layer>> {
+pub fn add_to(header: &StateHeader, body: &[u8], film: &mut Film) -> Result<BesideSums> {
     let mut reader = BodyReader {
         left: body,
         length: body.len(),
@@ -126,8 +144,12 @@ pub fn add_to(header: &StateHeader, body: &[u8], film: &mut Film) -> Result<Vec<
             samples: samples.collect::<Result<_>>()?,
         });
     }
+    let allocation = match &header.pilot {
+        Some(pilot) if header.has_allocation => Some(reader.allocation(header.window, pilot)?),
+        _ => None,
+    };
     match reader.left.len() {
-        0 => Ok(layers),
+        0 => Ok(BesideSums { layers, allocation }),
         left => Err(reader.damaged(&format!("the end of its sums, but {left} bytes follow"))),
     }
 }
@@ -223,6 +245,22 @@ impl BodyReader<'_> {
             mask &= mask - 1;
         }
         Ok(())
+    }
+
+    /// The allocation by the pilot of the header.
+    fn allocation(&mut self, window: Window, pilot: &AdaptivePilot) -> Result<Allocation> {
+        let pixels = window.pixel_count() as usize;
+        let (mut variances, mut shares) = (Vec::with_capacity(pixels), Vec::with_capacity(pixels));
+        for _ in 0..pixels {
+            variances.push(self.take_finite()?);
+            shares.push(self.take_finite()?);
+        }
+        let width = window.width as usize;
+        let allocation = Allocation::of_parts(pilot.samples, width, variances, shares);
+        match AdaptivePilot::of(&allocation) == *pilot {
+            true => Ok(allocation),
+            false => Err(self.damaged("the allocation of its pilot")),
+        }
     }
 
     fn take_finite(&mut self) -> Result<f64> {

@@ -11,6 +11,7 @@ use crate::film::Film;
 use crate::image::Layer;
 use crate::image::atomic::write_durably;
 use crate::memory;
+use crate::render::adaptive::allocation::Allocation;
 use std::fs;
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -31,7 +32,13 @@ const CHECKSUM: usize = blake3::OUT_LEN;
 const MAX_HEADER: u32 = 1 << 26;
 
 /// Writes a state to a file, whole or not at all.
-pub fn write(header: &StateHeader, film: &Film, layers: &[Layer], path: &Path) -> Result<()> {
+pub fn write(
+    header: &StateHeader,
+    film: &Film,
+    layers: &[Layer],
+    allocation: Option<&Allocation>,
+    path: &Path,
+) -> Result<()> {
     let text = serde_json::to_vec(header)
         .map_err(|error| Error::render("cannot write the header").because(error))?;
     write_durably(path, |writer| {
@@ -45,7 +52,7 @@ pub fn write(header: &StateHeader, film: &Film, layers: &[Layer], path: &Path) -
         summed.write_all(&length.to_le_bytes())?;
         summed.write_all(&text)?;
         let mut buffered = io::BufWriter::with_capacity(1 << 17, &mut summed);
-        body::write(film, layers, &mut buffered)?;
+        body::write(film, layers, allocation, &mut buffered)?;
         buffered.flush()?;
         drop(buffered);
         let checksum = summed.hasher.finalize();
@@ -71,7 +78,7 @@ impl<W: Write> Write for Summed<W> {
     }
 }
 
-/// These bytes with their checksum, as at the end of a state file.
+/// Appends the checksum to bytes, as at the end of a state file.
 pub fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
     let checksum = blake3::hash(&bytes);
     bytes.extend(checksum.as_bytes());

@@ -47,7 +47,7 @@ impl AdaptivePilot {
     }
 }
 
-/// All that is known of samples but their sums.
+/// The description of a render's samples, without their sums.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StateHeader {
     /// The identity of scene, settings and program.
@@ -93,6 +93,9 @@ pub struct StateHeader {
     /// The pilot that decided the counts of samples; `None` for an even distribution, such as that of a pilot.
     #[serde(default)]
     pub pilot: Option<AdaptivePilot>,
+    /// Whether the file has the allocation of the pilot, so that the render continues without the pilot's file.
+    #[serde(default)]
+    pub has_allocation: bool,
     /// The samples per pixel, distributed evenly, that those of an adaptive render are worth, if it is known.
     #[serde(default)]
     pub worth: Option<f64>,
@@ -122,6 +125,7 @@ impl StateHeader {
             bias: vec![],
             has_counts: false,
             pilot: None,
+            has_allocation: false,
             worth: None,
         }
     }
@@ -142,6 +146,7 @@ impl StateHeader {
             is_uneven,
             has_counts: film.has_counts(),
             pilot: rendered.allocation.as_deref().map(AdaptivePilot::of),
+            has_allocation: rendered.allocation.is_some() && !rendered.is_shard,
             worth: rendered.worth,
             tile_size: film.tile_size(),
             reach: film.reach(),
@@ -169,8 +174,10 @@ impl StateHeader {
         let Window { width, height, .. } = self.window;
         let layout = self.film_layout();
         let of_layers = (self.layers.len() * size_of::<f32>()) as u64;
-        let layers = self.window.pixel_count().saturating_mul(of_layers);
-        let bytes = layout.memory().saturating_add(layers);
+        let of_allocation = u64::from(self.has_allocation) * Allocation::MEMORY;
+        let pixels = self.window.pixel_count();
+        let more = pixels.saturating_mul(of_layers + of_allocation);
+        let bytes = layout.memory().saturating_add(more);
         memory::check(bytes, || format!("an image of {width} x {height} pixels"))?;
         Ok(Film::of_layout(&layout))
     }
@@ -210,7 +217,8 @@ impl StateHeader {
         let sums = self.film_layout().sum_count();
         let words = u64::from(self.paths.is_some())
             + self.layers.len() as u64
-            + 4 * u64::from(self.has_counts);
+            + 4 * u64::from(self.has_counts)
+            + 4 * u64::from(self.has_allocation);
         let words = sums.saturating_add(words.saturating_mul(pixels));
         let least = (8 * tiles(width) * tiles(height)).saturating_add(words.saturating_mul(4));
         if least > body_length {
@@ -265,6 +273,7 @@ impl StateHeader {
         let is_adaptive = self.has_counts && may_have_counts;
         if (self.has_counts && !may_have_counts)
             || !self.pilot.iter().all(|it| is_adaptive && is_pilot(it))
+            || (self.has_allocation && (self.pilot.is_none() || self.shard.is_some()))
         {
             return Err(damaged(
                 "its header has an impossible distribution of samples over the pixels".to_owned(),

@@ -154,6 +154,7 @@ impl Merge {
                 None => break,
             }
         }
+        sum.header.has_allocation = sum.allocation.is_some();
         if sum.allocation.is_some() {
             sum.header.worth = Some(sum.worth_of(total));
         }
@@ -199,7 +200,9 @@ impl State {
                 "was replaced by another file while it was merged",
             ));
         }
-        let layers = body::add_to(header, file.body()?, &mut self.film)?;
+        let body::BesideSums { layers, allocation } =
+            body::add_to(header, file.body()?, &mut self.film)?;
+        self.allocation = allocation.map(Arc::new).or(self.allocation.take());
         let total = &mut self.header;
         total.seconds += header.seconds;
         total.rays = total.rays.saturating_add(header.rays);

@@ -14,6 +14,7 @@
 //! | 4 to 196 a pixel | the sums of each pixel, tile by tile: 24 bits that tell which doubles are not 0, and these; 4 to 260 for each pixel of a tile and its halo where samples contribute to several pixels |
 //! | 4 to 196 a pixel | the splat sums of each pixel, row by row, if the integrator splats |
 //! | 4 a pixel and layer | layers of the first hits, row by row, in the file with the render's first sample |
+//! | 16 a pixel | the allocation of an adaptive render that is no shard: each pixel's variance and its share of the samples |
 //! | 32 | BLAKE3 of all bytes before |
 //!
 //! A file is written under a temporary name, brought to the disk, and renamed.
@@ -57,7 +58,7 @@ pub struct State {
     pub film: Film,
     /// The layers of the first hits; only with the render's first sample.
     pub layers: Vec<Layer>,
-    /// The allocation of samples to the pixels, where the pilot of an adaptive render was merged. No file has it.
+    /// The allocation of samples to the pixels of an adaptive render that is no shard, once its pilot is complete.
     pub allocation: Option<Arc<Allocation>>,
 }
 
@@ -111,7 +112,7 @@ impl State {
     /// # Errors
     /// Samples with gaps, which are not those of one render.
     pub fn continue_in(self, rendered: &mut Rendered) -> Result<()> {
-        let header = self.header;
+        let (header, allocation) = (self.header, self.allocation);
         let [first, end] = match header.done.as_slice() {
             [] => [header.shard.map_or(0, |[first, _]| first); 2],
             [done] => *done,
@@ -128,6 +129,7 @@ impl State {
             )));
         }
         rendered.film = self.film;
+        rendered.allocation = allocation.or(rendered.allocation.take());
         (rendered.first, rendered.spp) = (first, end - first);
         (rendered.worth, rendered.is_uneven) = (header.worth, header.is_uneven);
         let elapsed = std::time::Duration::try_from_secs_f64(header.seconds);
@@ -142,7 +144,8 @@ impl State {
     /// # Errors
     /// A file that cannot be written; one that was there before is then unchanged.
     pub fn write(&self, path: &Path) -> Result<()> {
-        Self::write_parts(&self.header, &self.film, &self.layers, path)
+        let allocation = self.allocation.as_deref();
+        Self::write_parts(&self.header, &self.film, &self.layers, allocation, path)
     }
 
     /// Writes the parts of a state to a file, as [`Self::write`] does.
@@ -153,9 +156,11 @@ impl State {
         header: &StateHeader,
         film: &Film,
         layers: &[Layer],
+        allocation: Option<&Allocation>,
         path: &Path,
     ) -> Result<()> {
-        file::write(header, film, layers, path)
+        let allocation = allocation.filter(|_| header.has_allocation);
+        file::write(header, film, layers, allocation, path)
     }
 
     /// Reads a state file.
@@ -174,12 +179,12 @@ impl State {
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         let (header, body) = file::checked(bytes)?;
         let mut film = header.empty_film()?;
-        let layers = body::add_to(&header, body, &mut film)?;
+        let body::BesideSums { layers, allocation } = body::add_to(&header, body, &mut film)?;
         Ok(Self {
             header,
             film,
             layers,
-            allocation: None,
+            allocation: allocation.map(Arc::new),
         })
     }
 }

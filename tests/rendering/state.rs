@@ -299,6 +299,7 @@ fn state_resumes_to_more_samples_and_to_an_error_target() {
             &header.clone().of(&rendered, &[]),
             &rendered.film,
             &[],
+            None,
             &file,
         )
         .expect("it is written");

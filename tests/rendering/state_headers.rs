@@ -48,7 +48,7 @@ fn path() -> RenderOptions {
 }
 
 fn write(state: &State, header: &StateHeader, file: &Path) {
-    State::write_parts(header, &state.film, &state.layers, file).expect("it is written");
+    State::write_parts(header, &state.film, &state.layers, None, file).expect("it is written");
 }
 
 #[test]
@@ -126,10 +126,10 @@ fn header_with_more_sums_than_its_body_is_rejected_before_allocation() {
     let mut header = state.header.clone();
     (header.window, header.tile_size, header.reach) = (window, 32, 0);
     (header.done, header.paths) = (vec![], None);
-    State::write_parts(&header, &film, &[], &file).expect("it is written");
+    State::write_parts(&header, &film, &[], None, &file).expect("it is written");
     State::read(&file).expect("a black film");
     header.reach = 4;
-    State::write_parts(&header, &film, &[], &file).expect("it is written");
+    State::write_parts(&header, &film, &[], None, &file).expect("it is written");
     let error = State::read(&file).expect_err("the body is too short");
     assert!(error.to_string().contains("take at least"), "{error}");
 }

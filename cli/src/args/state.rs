@@ -48,7 +48,7 @@ pub struct StateArguments {
 /// Arguments of `merge`.
 #[derive(Debug, Args)]
 pub struct MergeArguments {
-    /// State files of one render, in any order.
+    /// State files of one render, or folders of them, in any order.
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// Output: an image (.exr, .png, .hdr or .pfm) or a state file (.etd); may be repeated.

@@ -23,6 +23,18 @@ pub fn is_state(path: &Path) -> bool {
         .is_some_and(|it| it.eq_ignore_ascii_case("etd"))
 }
 
+/// Whether two paths are the same file, which need not exist.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    let resolved = |path: &Path| {
+        let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        let whole = folder.join(path.file_name()?);
+        // The last part may be a link.
+        Some(whole.canonicalize().unwrap_or(whole))
+    };
+    a == b || resolved(a).is_some_and(|it| resolved(b) == Some(it))
+}
+
 /// Checks that the state files can be written, and that a shard has one.
 pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     let state = &arguments.state;
@@ -31,7 +43,8 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
             "a shard is written to a state file, such as -o part.etd: `etendue merge` makes the image",
         ));
     }
-    if let Some(checkpoint) = state.checkpoint.as_ref().filter(|it| outputs.contains(it)) {
+    let is_output = |path: &&PathBuf| outputs.iter().any(|output| is_same_file(output, path));
+    if let Some(checkpoint) = state.checkpoint.as_ref().filter(is_output) {
         return Err(Error::usage(
             "is the output, too: a checkpoint there would look like the whole render",
         )
@@ -44,13 +57,8 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     let mut all = states
         .map(PathBuf::as_path)
         .chain(state.checkpoint.as_deref());
-    let is_pilot = |path: &Path| {
-        let pilot = state
-            .pilot
-            .as_deref()
-            .and_then(|pilot| pilot.canonicalize().ok());
-        pilot.is_some() && path.canonicalize().ok() == pilot
-    };
+    let pilot = state.pilot.as_deref();
+    let is_pilot = |path: &Path| pilot.is_some_and(|pilot| is_same_file(pilot, path));
     all.try_for_each(|path| match is_pilot(path) {
         true => Err(Error::usage("is the pilot, which all shards need").in_file(path)),
         false => check_creatable(path),
@@ -107,8 +115,8 @@ pub fn start(
         }
         return Ok(rendering);
     };
-    let is_another = |kept: &PathBuf| kept.canonicalize().ok() != file.canonicalize().ok();
-    if let Some(kept) = state.checkpoint.as_ref().filter(|kept| is_another(kept)) {
+    let is_another = |kept: &&PathBuf| !is_same_file(kept, file);
+    if let Some(kept) = state.checkpoint.as_ref().filter(is_another) {
         check_replaceable(kept)?;
     }
     let old = State::read(file)?;

@@ -32,7 +32,12 @@ fn wait_for(checkpoint: &Path, least: u64, child: &mut Child) {
 
 #[test]
 fn killed_and_resumed_render_is_bit_identical() {
-    for (integrator, spp) in [("path", 2000), ("bdpt", 1000), ("mlt", 400)] {
+    for (integrator, spp) in [
+        ("path", 2000),
+        ("path --adaptive", 2000),
+        ("bdpt", 1000),
+        ("mlt", 400),
+    ] {
         let folder = small();
         let flags = format!(
             "small.toml -q --spp {spp} --integrator {integrator} --checkpoint it.etd --every 0.01s"

@@ -78,6 +78,31 @@ fn merged_shards_are_bit_identical_to_a_single_render() {
 }
 
 #[test]
+fn folder_stands_for_its_state_files_except_the_output() {
+    let folder = small();
+    let files = shards(&folder, 3, "--spp 32");
+    std::fs::create_dir(folder.path("parts")).expect("it is created");
+    fails(
+        &folder,
+        "merge parts -o it.exr",
+        USAGE,
+        &["parts", "no state files"],
+    );
+    for file in files.split(' ') {
+        std::fs::rename(folder.path(file), folder.path(&format!("parts/{file}"))).expect("moved");
+    }
+    std::fs::write(folder.path("parts/notes.txt"), "no state").expect("it is written");
+    for _ in 0..2 {
+        let merged = succeed(&folder, "merge parts -o parts/all.etd -o it.exr");
+        assert!(
+            merged.stderr.contains("3 files, 32 spp"),
+            "{}",
+            merged.stderr
+        );
+    }
+}
+
+#[test]
 fn merged_pilot_and_adaptive_shards_are_bit_identical_to_a_single_render() {
     let folder = small();
     let flags = "small.toml -q --spp 128 --adaptive --layers";
@@ -132,7 +157,6 @@ fn merged_pilot_and_adaptive_shards_are_bit_identical_to_a_single_render() {
             "from 32 to 128",
         ),
         ("--resume kept-0.etd -o part.etd", "--pilot"),
-        ("--checkpoint new.etd -o it.exr", "--shard 0..32"),
         ("--adaptive=off --pilot pilot.etd -o it.exr", "--adaptive"),
     ] {
         let flags = match wrong.starts_with("--adaptive") {
@@ -264,8 +288,11 @@ fn invalid_shards_and_files_are_rejected() {
         ("--shard 0/2 --error 10%", "--spp"),
         ("--shard 0/2 --spp 64 --adaptive", "--adaptive=off"),
         ("--shard 0/2 --spp 64 -o it.png", "etendue merge"),
-        ("--spp 64 --adaptive", "--adaptive=off"),
         ("--every 5s", "--checkpoint"),
+        (
+            "--shard 0/2 --spp 64 --checkpoint ./part.etd",
+            "is the output, too",
+        ),
     ] {
         fails(&folder, &shard(flags), USAGE, &[word]);
     }

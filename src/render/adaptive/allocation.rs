@@ -84,15 +84,15 @@ impl PixelGroup {
 }
 
 impl Allocation {
+    /// The memory of an allocation, in bytes per pixel.
+    pub const MEMORY: u64 = (4 * size_of::<f64>() + 2 * size_of::<usize>()) as u64;
+
     /// The allocation from a film after a pilot of `pilot` samples in every pixel, or more where it was interrupted.
     pub fn by_pilot(film: &Film, pilot: u64) -> Self {
         let width = film.window().width as usize;
         let estimates = film.estimates();
         let counts = film.sample_counts();
-        let mut colours = [vec![], vec![]];
-        for index in 0..estimates.len() {
-            colours[colour(index, width)].push(index);
-        }
+        let colours = coloured(estimates.len(), width);
         let mut own = vec![0.0; estimates.len()];
         for pixels in &colours {
             // Each colour has an epsilon of its own: no number from one colour may depend on the other.
@@ -115,6 +115,12 @@ impl Allocation {
             (v / work).sqrt()
         });
         let shares = shares(wanted.collect(), &colours);
+        Self::of_parts(pilot, width, variances, shares)
+    }
+
+    /// The allocation of an image of this width with these variances and shares of its pixels, row by row.
+    pub fn of_parts(pilot: u64, width: usize, variances: Vec<f64>, shares: Vec<f64>) -> Self {
+        let colours = coloured(shares.len(), width);
         Self {
             pilot,
             variances,
@@ -122,6 +128,12 @@ impl Allocation {
             everyone: PixelGroup::new((0..shares.len()).collect(), &shares),
             shares,
         }
+    }
+
+    /// The expected relative variance of one sample of each pixel, and its share of the samples.
+    pub fn parts(&self) -> impl Iterator<Item = [f64; 2]> {
+        let pixels = self.variances.iter().zip(&self.shares);
+        pixels.map(|(&variance, &share)| [variance, share])
     }
 
     /// The samples of every pixel in the pilot.
@@ -210,6 +222,15 @@ fn threshold(place: u32) -> f64 {
     /// The golden ratio less 1, times 2^32.
     const GOLDEN: u32 = 0x9e37_79b9;
     f64::from(place.wrapping_mul(GOLDEN)) / 4_294_967_296.0
+}
+
+/// The pixels of each colour of the chessboard.
+fn coloured(pixels: usize, width: usize) -> [Vec<usize>; 2] {
+    let mut colours = [vec![], vec![]];
+    for index in 0..pixels {
+        colours[colour(index, width)].push(index);
+    }
+    colours
 }
 
 /// The chessboard colour of a pixel.

@@ -149,7 +149,7 @@ fn unflagged_adaptive_error_bars_have_nominal_coverage() {
     let scene = ready(&description, Backend::ALL[0]);
     let truth = RenderSettings {
         adaptive: Adaptive::Off,
-        ..settings(&description, 1000, 1 << 14)
+        ..settings(&description, 1000, 1 << 13)
     };
     let truth = film(&scene, &description, &truth).develop();
     for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {

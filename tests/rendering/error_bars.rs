@@ -89,10 +89,16 @@ fn room_with_metal(roughness: f64) -> SceneDescription {
 }
 
 /// The reference film of the room with the roughest metal; rendered once for all tests, since it takes half a minute.
-static MATTE_ROOM: LazyLock<Film> = LazyLock::new(|| truth(1.0, 1 << 14));
+static MATTE_ROOM: LazyLock<Film> = LazyLock::new(|| truth(1.0));
 
-/// A reference film of the room with `spp` samples per pixel.
-fn truth(roughness: f64, spp: u64) -> Film {
+/// The samples per pixel of the images.
+fn spp() -> u64 {
+    if is_nightly() { 256 } else { 64 }
+}
+
+/// A reference film of the room, with 64 times the samples of the images.
+fn truth(roughness: f64) -> Film {
+    let spp = 64 * spp();
     let description = room_with_metal(roughness);
     let scene = ready(&description, Backend::ALL[0]);
     let truth = settings(&description, SamplerKind::Sobol, 1000, spp);
@@ -100,7 +106,8 @@ fn truth(roughness: f64, spp: u64) -> Film {
 }
 
 /// The coverage of 20 images of a room, given the roughness of its metal and its reference film.
-fn of_room(roughness: f64, truth: &Film, sampler: SamplerKind, spp: u64) -> Coverage {
+fn of_room(roughness: f64, truth: &Film, sampler: SamplerKind) -> Coverage {
+    let spp = spp();
     let description = room_with_metal(roughness);
     let scene = ready(&description, Backend::ALL[0]);
     let settings = settings(&description, sampler, 0, spp);
@@ -116,9 +123,8 @@ fn of_room(roughness: f64, truth: &Film, sampler: SamplerKind, spp: u64) -> Cove
 
 #[test]
 fn error_bars_have_nominal_coverage_in_a_rough_metal_room() {
-    let spp = if is_nightly() { 256 } else { 64 };
     for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
-        let coverage = of_room(1.0, &MATTE_ROOM, sampler, spp);
+        let coverage = of_room(1.0, &MATTE_ROOM, sampler);
         assert_eq!(coverage.miscalibrated(), None, "{}", sampler.name());
         assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
     }
@@ -128,7 +134,7 @@ fn error_bars_have_nominal_coverage_in_a_rough_metal_room() {
 fn error_bars_have_nominal_coverage_with_rare_caustic_paths() {
     // Paths from the floor via the metal to the lamp are rare and bright: from its own samples alone one pixel in eight would
     // have a bar that is far too short.
-    let coverage = of_room(0.3, &truth(0.3, 1 << 14), SamplerKind::Sobol, 256);
+    let coverage = of_room(0.3, &truth(0.3), SamplerKind::Sobol);
     assert_eq!(coverage.miscalibrated(), None);
     assert!(coverage.flagged() < 0.1, "{}", coverage.flagged());
 }

@@ -23,7 +23,7 @@ pub enum ErrorKind {
     Io,
     /// Embree, or the rendering itself, failed.
     Render,
-    /// There is not enough memory for the request.
+    /// A request for more memory than there is.
     Memory,
 }
 

@@ -26,7 +26,7 @@ pub enum EtdStatus {
     InputOutput = 5,
     /// The ray tracing library, or the rendering itself, failed.
     RenderFailed = 6,
-    /// There is not enough memory.
+    /// A request for more memory than there is.
     OutOfMemory = 7,
     /// The handle is in use by another call that excludes this one, such as a running render.
     Busy = 8,

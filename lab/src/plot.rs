@@ -37,7 +37,7 @@ pub enum AspectRatio {
 pub enum Scale {
     /// Evenly.
     Linear,
-    /// By powers of ten.
+    /// A logarithmic scale, marked at powers of ten.
     Log,
 }
 
@@ -73,12 +73,12 @@ impl Axis {
         }
     }
 
-    /// This axis with these values marked, as far as they are within its range.
+    /// Marks these values, as far as they are within the axis's range.
     pub fn marked(self, ticks: Vec<(f64, String)>) -> Self {
         Self { ticks, ..self }
     }
 
-    /// This axis restricted to `start` to `end`.
+    /// Restricts the axis to `start` to `end`.
     pub fn over(self, start: f64, end: f64) -> Self {
         Self {
             range: Some([start, end]),
@@ -141,12 +141,12 @@ impl Series {
         }
     }
 
-    /// This series with a ribbon.
+    /// Adds a ribbon.
     pub fn within(self, ribbon: Vec<[f64; 3]>) -> Self {
         Self { ribbon, ..self }
     }
 
-    /// This series with labels.
+    /// Adds labels.
     pub fn labelled(self, labels: Vec<Label>) -> Self {
         Self { labels, ..self }
     }

@@ -186,7 +186,7 @@ impl RayLanes<LANES> {
         self.t_max[lane] = ray.t_max;
     }
 
-    /// Those of the active lanes whose rays are finite.
+    /// The active lanes whose rays are finite.
     #[inline]
     pub fn finite(&self, active: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
         let mut finite = *active;

@@ -14,9 +14,9 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[non_exhaustive]
 pub enum IntegratorKind {
-    /// Path tracing with uniform directions, where a fair coin decides between emission and scattering.
+    /// Path tracing with uniform directions, where emission or scattering is chosen with probability 1/2.
     Naive,
-    /// Path tracing with uniform directions, where the coin's probability depends on whether the surface emits.
+    /// Path tracing with uniform directions, where the choice depends on whether the surface emits.
     EmitOrReflect,
     /// Path tracing with BSDF sampling alone.
     Bsdf,
@@ -96,8 +96,8 @@ impl IntegratorKind {
         }
     }
 
-    /// The default rule of Russian roulette. The paths of the first path tracer end by its coin alone, and paths that
-    /// scatter once gain nothing from roulette.
+    /// The default rule of Russian roulette. The paths of the first path tracer end by its own random choice alone, and
+    /// paths that scatter once gain nothing from roulette.
     pub fn roulette(self) -> Roulette {
         match self {
             Self::Naive | Self::DirectDirectional | Self::DirectArea | Self::AmbientOcclusion => {

@@ -19,8 +19,8 @@ use std::str::FromStr;
 #[serde(into = "String")]
 #[non_exhaustive]
 pub enum Roulette {
-    /// No roulette: a path ends only by absorption, by the bounce limit or, where there is one, by the coin of the
-    /// integrator's technique.
+    /// No roulette: a path ends only by absorption, by the bounce limit or where the integrator's technique counts
+    /// emission at random.
     None,
     /// The survival probability follows the weight of the last BSDF sample: what the surface reflected.
     Albedo,

@@ -1,7 +1,7 @@
 //! The choices by which the path tracers of a course on Monte Carlo rendering differ, in one table.
 //!
-//! Each step of the course changes one choice: whether a coin decides if emission is counted, how directions are
-//! sampled, and how lights are found. Every combination is an unbiased estimator of the same integral.
+//! Each step of the course changes one choice: whether emission is counted at random, how directions are sampled,
+//! and how lights are found. Every combination is an unbiased estimator of the same integral.
 //!
 //! Measure: probabilities.
 //! Range: any combination. Lights that no scattered ray can hit are found only by techniques that sample lights; see
@@ -19,7 +19,7 @@ use crate::sampling::mis::power_heuristic;
 pub enum EmissionRule {
     /// Emission is always counted, and the path continues.
     Always,
-    /// A coin decides between counting the emission, which ends the path, and continuing; each case is divided by its
+    /// A random decision between counting the emission, which ends the path, and continuing; each case is divided by its
     /// probability.
     Termination {
         /// The probability of ending the path at a surface that emits, below 1.
@@ -81,7 +81,7 @@ impl Technique {
         points: PointRule::SolidAngle,
     };
 
-    /// The first path tracer with a coin whose probability depends on whether the surface emits.
+    /// The first path tracer, whose probability of counting the emission depends on whether the surface emits.
     pub const EMIT_OR_REFLECT: Self = Self {
         emission: EmissionRule::Termination {
             lit: 0.9,
@@ -90,7 +90,7 @@ impl Technique {
         ..Self::NAIVE
     };
 
-    /// Path tracing without a coin, by BSDF sampling.
+    /// Path tracing by BSDF sampling, which counts emission at every vertex.
     pub const BSDF: Self = Self {
         emission: EmissionRule::Always,
         directions: DirectionRule::Bsdf,

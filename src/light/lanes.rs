@@ -29,7 +29,7 @@ pub struct LightContextLanes {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum ShadowRayEndKind {
-    /// There is no sample.
+    /// No sample.
     None,
     /// [`ShadowRayEnd::Surface`].
     Surface,

@@ -36,7 +36,7 @@ const IS_NODE: u32 = 1 << 31;
 pub struct LightTree {
     nodes: Vec<Node>,
     slots: Slots,
-    /// For each light its slot and its node.
+    /// The slot and the node of each light.
     places: Vec<TreePlace>,
 }
 

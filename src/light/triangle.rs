@@ -49,11 +49,11 @@ struct Triangle {
 /// The sampling method for a receiver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Method {
-    /// By area: the receiver is behind the triangle or far away.
+    /// Sampling by area: the receiver is behind the triangle or far away.
     Area,
-    /// By solid angle, in single precision.
+    /// Sampling by solid angle, in single precision.
     Clear,
-    /// By solid angle, in double precision.
+    /// Sampling by solid angle, in double precision.
     Skew,
 }
 

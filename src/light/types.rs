@@ -47,10 +47,11 @@ pub enum PointRule {
 /// The rule by which one of several lights is selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 pub enum LightChoice {
-    /// In proportion to an estimate of the irradiance that each light would cause at the receiver if nothing occluded it.
+    /// Probabilities in proportion to an estimate of the irradiance that each light would cause at the receiver if
+    /// nothing occluded it.
     #[default]
     Contribution,
-    /// In proportion to power, everywhere alike.
+    /// Probabilities in proportion to power, for all receivers alike.
     Power,
 }
 
@@ -70,10 +71,10 @@ impl LightChoice {
 /// The density of directions to an environment map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum EnvironmentSampling {
-    /// In proportion to radiance, for light sampling alone as well.
+    /// A density in proportion to radiance, for light sampling alone as well.
     #[default]
     Radiance,
-    /// In proportion to the radiance above the mean: zero elsewhere, where BSDF sampling has to find the light.
+    /// A density in proportion to the radiance above the mean: zero elsewhere, where BSDF sampling has to find the light.
     Compensated,
 }
 

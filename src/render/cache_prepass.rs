@@ -23,6 +23,7 @@ use crate::integrator::indirect::Uncached;
 use crate::integrator::irradiance_cache::{IrradianceCache, Survey, Surveyed};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::NullPathObserver;
+use crate::integrator::path::PathScratch;
 use crate::integrator::technique::Weighted;
 use crate::math::lanes::ActiveLanes;
 use crate::sampler::{AnySampler, Batches};
@@ -129,7 +130,12 @@ impl Surveyor<'_> {
         run_matte_or_everything(kernel(self.scene, self.settings), self)
     }
 
-    fn pixel<E: Effects>(&self, position: [u32; 2], sampler: &AnySampler) -> Option<Surveyed> {
+    fn pixel<E: Effects>(
+        &self,
+        position: [u32; 2],
+        sampler: &AnySampler,
+        (wavefront, scratch): &mut (SampleWavefront<E>, PathScratch<E>),
+    ) -> Option<Surveyed> {
         let survey = Survey {
             cache: self.cache,
             scene: self.scene,
@@ -146,7 +152,7 @@ impl Surveyor<'_> {
         let lane = block.lane(position);
         let mut requested = ActiveLanes::NONE;
         requested.set(lane, true);
-        let mut wavefront = SampleWavefront::<E>::new();
+        wavefront.clear();
         let index = PacketIndex { block, sample: 0 };
         wavefront.add(&source, index, requested, &mut NullPathObserver);
         wavefront.trace(self.scene);
@@ -154,7 +160,7 @@ impl Surveyor<'_> {
         let sampler = wavefront.sampler(0, lane);
         // No image is so large that these are pixels of it, too.
         let numbers = position.map(|i| !i);
-        survey.path::<E, _>(sampler, &camera_ray, hit, numbers)
+        survey.path::<E, _>(sampler, &camera_ray, hit, numbers, scratch)
     }
 }
 
@@ -164,8 +170,11 @@ impl KernelJob for &Surveyor<'_> {
     fn run<E: Effects>(self) -> Self::Output {
         let sampler = sampler(self.settings, Batches::new(BATCHES));
         let positions = self.positions.par_iter();
+        let memory = || (SampleWavefront::new(), PathScratch::default());
         positions
-            .map(|&position| self.pixel::<E>(position, &sampler))
+            .map_init(memory, |memory, &position| {
+                self.pixel::<E>(position, &sampler, memory)
+            })
             .collect()
     }
 }

@@ -144,7 +144,7 @@ pub struct Forecast {
 impl Forecast {
     /// The forecast from the looks so far, for an image of `pixels` pixels. `None` before the first look.
     pub fn new(looks: &[Look], pixels: u64, confidence: f64, in_steps: bool) -> Option<Self> {
-        /// For normally distributed samples, with variances that differ between pixels as they do in a room.
+        /// The rule for normally distributed samples, with variances that differ between pixels as they do in a room.
         const OF_PIXELS: f64 = 8.0;
         Some(Self {
             look: *looks.last()?,

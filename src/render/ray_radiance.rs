@@ -59,8 +59,27 @@ impl IntegratorJob for RayRadianceJob<'_> {
 
     fn run<E: Effects, I: Integrator>(self, integrator: I) -> Vec<RayRadiance> {
         let rays = self.rays.par_iter().enumerate();
-        let one = |(index, ray)| self.one::<E, I>(index as u32, ray, integrator);
-        rays.map(one).collect()
+        rays.map_init(RayScratch::<E>::default, |scratch, (index, ray)| {
+            self.one(index as u32, ray, integrator, scratch)
+        })
+        .collect()
+    }
+}
+
+/// The memory of a thread, which it keeps from ray to ray.
+struct RayScratch<E: Effects> {
+    samplers: Vec<AnySampler>,
+    samples: Vec<SampleLanes>,
+    paths: PathScratch<E>,
+}
+
+impl<E: Effects> Default for RayScratch<E> {
+    fn default() -> Self {
+        Self {
+            samplers: Vec::with_capacity(WAVEFRONT_SIZE),
+            samples: vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES],
+            paths: PathScratch::default(),
+        }
     }
 }
 
@@ -70,17 +89,20 @@ impl RayRadianceJob<'_> {
         place: u32,
         ray: &CameraRay,
         integrator: I,
+        scratch: &mut RayScratch<E>,
     ) -> RayRadiance {
         let found = self.scene.accel.intersect(&ray.ray, ray.time, None);
         let mut sums = PixelSums::default();
         let mut rejected = 0;
-        let mut samplers = Vec::new();
-        let mut samples = vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES];
-        let mut memory = PathScratch::default();
+        let RayScratch {
+            samplers,
+            samples,
+            paths,
+        } = scratch;
         for first in (0..self.spp).step_by(WAVEFRONT_SIZE) {
             let indices = first..self.spp.min(first + WAVEFRONT_SIZE as u64);
             samplers.clear();
-            for samples in &mut samples {
+            for samples in samples.iter_mut() {
                 samples.active = ActiveLanes::NONE;
             }
             for index in indices.clone() {
@@ -92,9 +114,9 @@ impl RayRadianceJob<'_> {
             }
             integrator.radiances::<E, _, _>(
                 self.scene,
-                &mut samplers,
-                &mut samples,
-                &mut memory,
+                samplers,
+                samples,
+                paths,
                 &mut NullPathObserver,
             );
             for (path, index) in indices.enumerate() {

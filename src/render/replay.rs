@@ -1,7 +1,8 @@
 //! The replay of one sample, with every vertex of its path recorded.
 //!
 //! Measure: positions in world units.
-//! Range: any pixel and sample, the pixel as the source of the sample; the value is bit for bit that of the render with the same settings.
+//! Range: any pixel and sample, the pixel as the source of the sample; the value is bit for bit that of the render with
+//! the same settings.
 //! Source: pbrt's method of debugging a bad sample. Tested in `cli/tests/command/render.rs`.
 
 use super::cache_prepass::cache_prepass;

@@ -152,9 +152,9 @@ impl KernelJob for StrategyTileJob<'_> {
             sampler: self.sampler,
         };
         let mut wavefront = SampleWavefront::<E>::new();
+        let mut contributions: Lanes<Vec<Contribution>> = Default::default();
         for block in PixelBlock::covering(self.window, 1) {
             let lanes = block.lanes_in(self.window);
-            let mut contributions: Lanes<Vec<Contribution>> = Default::default();
             for sample in 0..self.splats.spp {
                 wavefront.clear();
                 let index = PacketIndex { block, sample };
@@ -182,6 +182,7 @@ impl KernelJob for StrategyTileJob<'_> {
             }
             for lane in lanes.each() {
                 self.splats.add(block.pixel(lane), &contributions[lane]);
+                contributions[lane].clear();
             }
         }
     }

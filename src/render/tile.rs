@@ -29,7 +29,7 @@ const MAX_WEIGHT: f32 = 16.0;
 pub enum SampleRange {
     /// The range of every pixel.
     Same(Range<u64>),
-    /// For each pixel the index of its first sample in the film, and the count that it is to have there. The range begins
+    /// The index of each pixel's first sample in the film, and the count that it is to have there. The range begins
     /// after the samples that the pixel has.
     Each {
         /// The index of the first sample.

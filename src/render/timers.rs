@@ -1,4 +1,4 @@
-//! When a render writes its next checkpoint, and when it estimates the error to show it.
+//! The times at which a render writes its next checkpoint, and at which it estimates the error to show it.
 //!
 //! Measure: time that passes.
 //! Range: any interval.

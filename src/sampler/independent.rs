@@ -44,7 +44,7 @@ impl Jump {
         of_increment: 1,
     };
 
-    /// This jump, followed by another one.
+    /// The jump, followed by another one.
     const fn then(self, next: Self) -> Self {
         let of_increment = self.of_increment.wrapping_mul(next.of_state);
         Self {

@@ -15,8 +15,8 @@ use crate::geometry::world::Instance;
 use crate::math::bounds::Bounds;
 use crate::math::vec::DAffine3;
 
-/// In normalised units. Farther away, areas times numbers of primitives overflow single precision, and obvhs builds its
-/// trees by these; beyond 2^60, Embree silently omits shapes.
+/// The largest distance, in normalised units. Farther away, areas times numbers of primitives overflow single precision,
+/// and obvhs builds its trees by these; beyond 2^60, Embree silently omits shapes.
 const REACH: f64 = (1_u64 << 48) as f64;
 
 /// Whether the area of a triangle exceeds single precision, in which surface interactions and Embree compute normals.

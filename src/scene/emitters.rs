@@ -28,9 +28,9 @@ use std::sync::Arc;
 pub enum InstanceTransform<'a> {
     /// None: the shape belongs to the world itself.
     World,
-    /// That of a static group: group to world, both in normalised units.
+    /// The transform of a static group: group to world, both in normalised units.
     Still(&'a DAffine3),
-    /// That of a moving group: group to world at equally spaced times.
+    /// The transform of a moving group: group to world at equally spaced times.
     Moving(&'a [DAffine3]),
 }
 
@@ -58,7 +58,7 @@ pub struct Emitters {
     pub lights: Vec<Light>,
     /// Weight of each light in light selection: its radiant power in normalised units.
     pub powers: Vec<f64>,
-    /// For each light the primitive that it lies on, where more than its position is needed: for lights with an emission
+    /// The primitive that each light lies on, where more than its position is needed: for lights with an emission
     /// texture or alpha, and lights of instances.
     pub primitives: Vec<Option<PrimitiveId>>,
     /// Number of emitting shapes that light sampling does not cover.

@@ -121,6 +121,17 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
         self.ng * side
     }
 
+    /// Returns the point of the surface with its geometric normal, as the end of a shadow ray.
+    #[inline(always)]
+    pub fn surface_point(&self) -> SurfacePoint<V> {
+        SurfacePoint {
+            p: self.p,
+            error: self.error,
+            ng: self.ng,
+            ns: self.ng,
+        }
+    }
+
     /// Returns the shadow ray in direction `w` to a point of a surface, open at both ends. Free of branches.
     #[inline(always)]
     pub fn ray_to_surface(&self, other: &SurfacePoint<V>, w: V, is_transmitted: bool) -> Ray<V> {

@@ -75,7 +75,7 @@ pub struct Scene {
     materials: Vec<Material>,
     /// Emission of the shapes that emit.
     emitters: Vec<Emitter>,
-    /// For each light the primitive that it lies on, where more than its position is needed: for lights with an emission
+    /// The primitive that each light lies on, where more than its position is needed: for lights with an emission
     /// texture or alpha, and lights of instances. Empty if there are none.
     light_primitives: Vec<Option<PrimitiveId>>,
     cache: PreparedCache,

@@ -74,17 +74,17 @@ impl Case {
         Self::new(row, name, claim, move |trial| see(trial, &scene, patch))
     }
 
-    /// This case, assigned to a subject.
+    /// Assigns the case to a subject.
     pub fn about(self, subject: &'static str) -> Self {
         Self { subject, ..self }
     }
 
-    /// This case, with its duration relative to others with full effort.
+    /// States the case's duration relative to others with full effort.
     pub fn costing(self, cost: f64) -> Self {
         Self { cost, ..self }
     }
 
-    /// This case, known to fail with a backend: the backend's name, and a sentence with the reason.
+    /// Marks the case as known to fail with a backend: the backend's name, and a sentence with the reason.
     pub fn known_to_fail(self, known: Option<(&'static str, &'static str)>) -> Self {
         Self { known, ..self }
     }
@@ -95,7 +95,7 @@ impl Case {
         (name == backend.name()).then_some(why)
     }
 
-    /// This case with the results of other renderers.
+    /// Adds the results of other renderers.
     pub fn beside(self, peers: Peers) -> Self {
         Self {
             peers: Some(peers),

@@ -81,7 +81,7 @@ impl Claim {
         Self::without_noise(exact, 0.0)
     }
 
-    /// This claim with an additional absolute error of the model itself.
+    /// Adds an absolute error of the model itself.
     pub fn within(self, error: f64) -> Self {
         Self {
             tolerance: self.tolerance + error,

@@ -39,7 +39,7 @@ impl Grid {
         self.dimension as usize
     }
 
-    /// This grid with at most `per_axis` places along each axis.
+    /// Restricts the grid to at most `per_axis` places along each axis.
     pub fn coarsened_to(self, per_axis: usize) -> Self {
         Self {
             per_axis: per_axis.min(self.per_axis),

@@ -48,13 +48,13 @@ const SECONDS: f64 = 3.0;
 const RUNGS: [(IntegratorKind, &str); 6] = [
     (
         IntegratorKind::Naive,
-        "a coin at every surface: its emission, or a uniform direction",
+        "at every surface, at random, its emission or a uniform direction",
     ),
     (
         IntegratorKind::EmitOrReflect,
-        "the coin depends on whether the surface emits",
+        "the probability depends on whether the surface emits",
     ),
-    (IntegratorKind::Bsdf, "no coin, and BSDF sampling"),
+    (IntegratorKind::Bsdf, "no such choice, and BSDF sampling"),
     (
         IntegratorKind::LightOrRest,
         "a shadow ray to the lamp, and a uniform direction for the rest",
@@ -89,7 +89,7 @@ fn run(lesson: &Lesson<'_>) -> Result<Page> {
                 r"\text{naive:}\quad \langle L\rangle = \frac{L_e}{q} \;\text{ with probability }
                   q, \qquad \langle L\rangle = \frac{2\pi f_r \cos\theta}{1-q}\,\langle
                   L(y)\rangle \;\text{ else}",
-                "The first path tracer samples it directly: a coin chooses a term, a uniform \
+                "The first path tracer samples it directly: it chooses one term at random, a uniform \
                  direction the point y.",
             ),
             Formula::new(
@@ -126,7 +126,7 @@ struct Rung {
     caption: &'static str,
     /// Mean luminances of the images, one for each seed.
     luminances: Moments,
-    /// For each number of samples: mean seconds and root of the mean squared error.
+    /// The mean seconds and the root of the mean squared error for each number of samples.
     errors: Vec<[f64; 2]>,
     /// Variance of one sample of a pixel, one for each seed.
     variances: Vec<f64>,

@@ -70,7 +70,7 @@ impl Rule {
 struct Lamps {
     positions: Vec<Vec3>,
     lights: Lights,
-    /// These lamps with equal powers, so that each has the same probability.
+    /// The lamps with equal powers, so that each has the same probability.
     alike: Lights,
 }
 

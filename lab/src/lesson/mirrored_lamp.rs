@@ -45,7 +45,7 @@ impl LampStrategy {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Route {
     Direct,
-    /// By way of the mirror: a caustic.
+    /// A path by way of the mirror: a caustic.
     Mirrored,
 }
 

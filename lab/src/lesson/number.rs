@@ -115,7 +115,7 @@ impl MeasuredTechnique {
         }
     }
 
-    /// This technique with its exact variance.
+    /// Adds the exact variance.
     pub fn exactly(self, variance: f64) -> Self {
         Self {
             exact_variance: Some(variance),

@@ -98,7 +98,8 @@ impl PriceInput<'_> {
         }
     }
 
-    /// The samples, distributed evenly, with which `--error` ends, and the look that forecasts them: the first that does so before the next.
+    /// The samples, distributed evenly, with which `--error` ends, and the look that forecasts them: the first that
+    /// does so before the next.
     fn ends(&self, error: f64) -> Option<(usize, f64)> {
         let forecast = |index: usize| {
             let looks = &self.looks[..=index];

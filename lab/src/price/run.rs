@@ -3,7 +3,8 @@
 //!
 //! Measure: seconds.
 //! Range: a budget for the pilot and one sample of each pixel; a smaller one, a black image and an unknown error are
-//! errors that say so. An error of fewer than 16 samples is marked by a note. After a cancellation the report has the results so far.
+//! errors that say so. An error of fewer than 16 samples is marked by a note. After a cancellation the report has the
+//! results so far.
 //! Source: docs/accuracy.md, "The price". Tested in `cli/tests/command/price.rs`.
 
 use super::answers::PriceInput;

@@ -33,7 +33,7 @@ pub enum Answer {
     Law(Ranged),
     /// The bias alone is larger; this is its root.
     Never(f64),
-    /// There is no noise from some number of samples on: their time.
+    /// The time of the samples from which on there is no noise.
     Exact(f64),
     /// Not known, for this reason.
     Unknown(String),

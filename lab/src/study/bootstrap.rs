@@ -37,7 +37,7 @@ impl Ranged {
         Self { value, low, high }
     }
 
-    /// With ends that are `factor` times as far from the number, which is above 0, on a logarithmic scale.
+    /// Widens the interval: its ends are `factor` times as far from the number, which is above 0, on a logarithmic scale.
     pub fn widened(self, factor: f64) -> Self {
         let end = |end: f64| self.value * (end / self.value).powf(factor);
         Self {

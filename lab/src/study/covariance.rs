@@ -22,11 +22,11 @@ const TILE: u32 = 8;
 /// The share of one class.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ErrorShare {
-    /// Of the variance.
+    /// The share of the variance.
     pub variance: f64,
     /// The standard error of `variance`; NaN for an image of a single part.
     pub variance_error: f64,
-    /// Of the light.
+    /// The share of the light.
     pub energy: f64,
 }
 
@@ -106,7 +106,7 @@ pub struct Splits {
 }
 
 impl Splits {
-    /// For `spp` samples of pixels with these weights.
+    /// Starts sums for `spp` samples of pixels with these weights.
     pub fn new(classes: usize, spp: u64, weights: Vec<[f64; 3]>) -> Self {
         Self {
             spp,

@@ -18,7 +18,7 @@ pub(super) struct Efficiency {
 }
 
 impl Efficiency {
-    /// Of the renders of a level; `None` for less than two.
+    /// Computes the efficiency of the renders of a level; `None` for less than two.
     pub fn of(level: &LevelReport) -> Option<Self> {
         let seconds = Moments::of(level.runs.iter().map(|run| run.seconds.wall));
         let errors = level.gram.mse()?;

@@ -29,11 +29,11 @@ const BEYOND: f32 = 1e-3;
 /// The sources of an error.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ErrorSources {
-    /// By length and technique of the paths.
+    /// The shares by length and technique of the paths.
     pub paths: PathShares,
-    /// By the material that scattered the light last, the largest share first.
+    /// The shares by the material that scattered the light last, the largest first.
     pub materials: Vec<ObjectShare>,
-    /// By the light, the largest share first.
+    /// The shares by the light, the largest first.
     pub lights: Vec<ObjectShare>,
 }
 

@@ -38,7 +38,7 @@ const COMPARISONS: f64 = 16.0;
 
 /// The measured costs, in units of the minimum number of samples of each integrator.
 pub(super) struct MeasuredCosts {
-    /// Of each variant, with the comparison with the references.
+    /// The costs of each variant, with the comparison with the references.
     pub laws: Vec<TimeLaw>,
     reference: TimeLaw,
     /// Samples per pixel and seconds of the renders of each variant.

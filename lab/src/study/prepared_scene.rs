@@ -126,7 +126,7 @@ impl PreparedScene {
         }
     }
 
-    /// This scene on a film of another size; nothing is built again.
+    /// The scene on a film of another size; nothing is built again.
     pub fn on_film(&self, size: (u32, u32)) -> Self {
         let scenes = self.scenes.iter();
         let scenes = scenes.map(|(options, scene)| (*options, scene.on_film(self.size, size)));

@@ -30,7 +30,7 @@ pub const EXAMPLES: [f64; 3] = [0.1, 0.03, 0.01];
 /// One image of each variant that has one of nearly a certain time: within a factor of two.
 #[derive(Debug, Clone)]
 pub struct AtTime {
-    /// That time in seconds, at the scene's own size.
+    /// The time in seconds, at the scene's own size.
     pub seconds: f64,
     /// The images.
     pub shown: Vec<ImageWithError>,

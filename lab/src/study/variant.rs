@@ -86,7 +86,7 @@ impl Variant {
         }
     }
 
-    /// This variant with another value of a setting.
+    /// Changes a setting to another value.
     fn with(&self, choice: SettingValue) -> Self {
         let mut changed = self.clone();
         match choice {

@@ -1,4 +1,5 @@
-//! Tests of studies in shards: the numbers of one study, the pace of different machines, and parts that do not belong together.
+//! Tests of studies in shards: the numbers of one study, the pace of different machines, and parts that do not belong
+//! together.
 
 use super::study::{scene, settings, study};
 use etendue::internals::image::{ColourSpace, Image};

@@ -208,8 +208,8 @@ impl PrincipledLanes {
     }
 
     /// Samples a direction for each of the active lanes by `numbers`, two for the direction and one for the lobe;
-    /// `cosine_direction` are the cosine-weighted directions of the former. `sample_multiple` samples the multiple scattering of
-    /// a lane.
+    /// `cosine_direction` are the cosine-weighted directions of the former. `sample_multiple` samples the multiple
+    /// scattering of a lane.
     pub fn sample(
         &self,
         active: &ActiveLanes<LANES>,

@@ -20,7 +20,6 @@ use super::weights::{ConnectionPdfs, WholePath};
 use crate::camera::Viewpoint;
 use crate::effects::Effects;
 use crate::film::splats::Strategy;
-use crate::geometry::surface::SurfacePoint;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::{PathObserver, RayKind};
 use crate::light::types::{LightChoice, LightSampling, ShadowRayEnd};
@@ -30,7 +29,6 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
 use crate::scene::Scene;
-use crate::scene::interaction::Interaction;
 
 /// A light subpath, with its vertex on the light.
 #[derive(Debug)]
@@ -228,7 +226,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         };
         let of_light = far.beta * at_far.to_camera * (at_far.adjoint / distance2);
         let unweighted = near.beta * at_near.to_camera * of_light;
-        let end = ShadowRayEnd::Surface(point_of(&far.at), [0.0; 2]);
+        let end = ShadowRayEnd::Surface(far.at.surface_point(), [0.0; 2]);
         let ray = near.at.ray_to(&end, w, at_near.is_transmitted);
         let (source, strategy) = (light.source, Strategy { s: i + 2, t: j + 2 });
         let weight = self.weight(strategy, &source, &pdfs);
@@ -354,15 +352,5 @@ impl<E: Effects> LightPath<'_, E> {
             0 => self.source.density_from(from, pdf_to_light),
             _ => self.subpath.vertices[i - 1].density_from(from, pdf_to_light),
         }
-    }
-}
-
-/// The surface point of an interaction.
-pub(super) fn point_of<E: Effects>(at: &Interaction<E>) -> SurfacePoint {
-    SurfacePoint {
-        p: at.p,
-        error: at.error,
-        ng: at.ng,
-        ns: at.ng,
     }
 }

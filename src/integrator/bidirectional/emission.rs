@@ -4,7 +4,7 @@
 //! Range: any camera subpath; what emits nothing has no contribution.
 //! Source: Veach 1997, section 10.2. Tested in `tests/rendering/bidirectional.rs`.
 
-use super::connect::{Connector, Contribution, point_of};
+use super::connect::{Connector, Contribution};
 use super::vertex::{LightVertex, RayDensity};
 use super::weights::ConnectionPdfs;
 use crate::effects::{Effects, Switch};
@@ -27,7 +27,7 @@ impl<E: Effects, O: PathObserver + ?Sized> Connector<'_, '_, E, O> {
             let before = &camera_path.vertices[j - 1];
             let receiver = before.receiver();
             let by_nee = scene.light_pdf(self.light_choice, &receiver, self.time, &vertex.at);
-            let end = ShadowRayEnd::Surface(point_of(&vertex.at), [0.0; 2]);
+            let end = ShadowRayEnd::Surface(vertex.at.surface_point(), [0.0; 2]);
             let pdf = scene.pdf_emission(light, self.time, &end, vertex.at.wo);
             let (mut source, rays) = LightVertex::new(end, scene.lights.pmf_by_power(light), &pdf);
             source.direct = source.density_from(before.at.p, by_nee);

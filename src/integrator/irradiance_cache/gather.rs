@@ -53,11 +53,13 @@ impl Gatherer<'_> {
         sampler: &mut S,
         at: &Interaction<E>,
         rays: &mut RayCounts,
+        scratch: &mut PathScratch<E>,
     ) -> Option<Record> {
         let record = |HemisphereEstimate { light, distance }: &HemisphereEstimate| {
             Record::new(at.p, &at.frame, light, distance, self.bound)
         };
-        let first = self.sample_hemisphere(Cells::about(MIN_RAYS), 0, sampler, at, rays)?;
+        let first =
+            self.sample_hemisphere(Cells::about(MIN_RAYS), 0, sampler, at, rays, scratch)?;
         let noise = first.light.variance.sqrt() / first.light.irradiance();
         let too_much = (noise / (NOISE * self.bound)).powi(2);
         if too_much <= 1.0 {
@@ -66,7 +68,8 @@ impl Gatherer<'_> {
         // `MAX_RAYS` if no light was found at all.
         let count = (first.distance.len() as f64 * too_much).min(MAX_RAYS);
         let spent = first.distance.len();
-        let second = self.sample_hemisphere(Cells::about(count), spent, sampler, at, rays)?;
+        let second =
+            self.sample_hemisphere(Cells::about(count), spent, sampler, at, rays, scratch)?;
         Some(record(&second))
     }
 
@@ -78,16 +81,20 @@ impl Gatherer<'_> {
         sampler: &mut S,
         at: &Interaction<E>,
         rays: &mut RayCounts,
+        scratch: &mut PathScratch<E>,
     ) -> Option<HemisphereEstimate> {
         let mut radiance = vec![Rgb::BLACK; cells.count()];
         let mut distance = vec![f32::INFINITY; cells.count()];
-        let mut scratch = PathScratch::<E>::default();
+        let (mut paths, mut samplers) = (Vec::new(), Vec::new());
+        let mut samples = vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES];
+        let mut excluded_by_rays = Vec::new();
         // A scene with motion has no cache (`dispatch::check`).
         let time = 0.0;
         for first in (0..cells.count()).step_by(WAVEFRONT_SIZE) {
-            let (mut paths, mut samplers) = (Vec::new(), Vec::new());
-            let mut samples = vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES];
-            let mut excluded_by_rays = Vec::new();
+            paths.clear();
+            samplers.clear();
+            samples.fill(SampleLanes::default());
+            excluded_by_rays.clear();
             for cell in first..cells.count().min(first + WAVEFRONT_SIZE) {
                 sampler.start(self.numbers, (spent + cell) as u64);
                 let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
@@ -122,8 +129,8 @@ impl Gatherer<'_> {
                 observer: &mut NullPathObserver,
                 bounce: 1,
             };
-            self.integrator.trace_wavefront(wavefront, &mut scratch);
-            for (path, (cell, clear)) in paths.into_iter().enumerate() {
+            self.integrator.trace_wavefront(wavefront, scratch);
+            for (path, (cell, clear)) in paths.drain(..).enumerate() {
                 let estimate = samples[path / LANES].estimate(path % LANES);
                 rays.closest += 1 + estimate.rays.closest;
                 rays.shadow += estimate.rays.shadow;

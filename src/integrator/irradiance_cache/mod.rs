@@ -21,7 +21,7 @@ pub mod hemisphere;
 mod record;
 
 use super::indirect::Indirect;
-use super::path::PathIntegrator;
+use super::path::{PathIntegrator, PathScratch};
 use super::{CameraRay, RayCounts, technique::Weighted};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
@@ -184,26 +184,26 @@ pub struct Survey<'a> {
 }
 
 impl Survey<'_> {
-    /// Traces a path, given the hit on its camera ray, to the first surface where the cache may be used, and looks up the irradiance there; `None` if
-    /// there is no such surface, or no record can be made. A new record draws its random numbers from `sampler`, with
-    /// `numbers` as pixel.
+    /// Traces a path, given the hit on its camera ray, to the first surface where the cache may be used, and looks up
+    /// the irradiance there; `None` if there is no such surface, or no record can be made. A new record draws its
+    /// random numbers from `sampler`, with `numbers` as pixel.
     pub fn path<E: Effects, S: Sampler>(
         &self,
         sampler: &mut S,
         camera_ray: &CameraRay,
         hit: Option<Hit>,
         numbers: [u32; 2],
+        scratch: &mut PathScratch<E>,
     ) -> Option<Surveyed> {
         let is_limited = self.integrator.max_bounces.is_some();
         let mut of_record = sampler.clone();
         let find = |at: &Interaction<E>, bsdf: &Bsdf, bounce| {
-            IrradianceCache::albedo(bsdf, bounce, is_limited)?;
-            Some(self.surface(at, &mut of_record, numbers))
+            IrradianceCache::albedo(bsdf, bounce, is_limited).map(|_| *at)
         };
-        let found = self
+        let at = self
             .integrator
-            .first_found(self.scene, sampler, camera_ray, hit, find);
-        found.flatten()
+            .first_found(self.scene, sampler, camera_ray, hit, scratch, find)?;
+        self.surface(&at, &mut of_record, numbers, scratch)
     }
 
     fn surface<E: Effects, S: Sampler>(
@@ -211,6 +211,7 @@ impl Survey<'_> {
         at: &Interaction<E>,
         sampler: &mut S,
         numbers: [u32; 2],
+        scratch: &mut PathScratch<E>,
     ) -> Option<Surveyed> {
         let count = self.cache.count(at.p, at.frame.n);
         if count > 0 || !self.makes_records {
@@ -223,7 +224,7 @@ impl Survey<'_> {
             bound: self.cache.bound.into(),
             numbers,
         };
-        let record = gatherer.gather(sampler, at, &mut rays)?;
+        let record = gatherer.gather(sampler, at, &mut rays, scratch)?;
         Some(Surveyed::New(record, rays))
     }
 }

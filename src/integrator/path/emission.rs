@@ -194,7 +194,7 @@ fn mis_weight_of_bsdf<E: Effects>(
 }
 
 impl<E: Effects> InteractionLanes<E> {
-    /// Those of the given lanes that are on a shape that emits, or on the back of a one-sided one.
+    /// The lanes among the given ones that are on a shape that emits, or on the back of a one-sided one.
     #[inline(always)]
     fn special_lanes(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
         lanes.and(|lane| {

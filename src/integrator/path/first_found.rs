@@ -28,9 +28,10 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         sampler: &mut S,
         camera_ray: &CameraRay,
         hit: Option<Hit>,
+        scratch: &mut PathScratch<E>,
         mut find: impl FnMut(&Interaction<E>, &Bsdf, u32) -> Option<T>,
     ) -> Option<T> {
-        let PathScratch { paths, stage, .. } = &mut PathScratch::<E>::default();
+        let PathScratch { paths, stage, .. } = scratch;
         let mut samples = SampleLanes::default();
         samples.add(0, camera_ray, hit);
         let mut wavefront = PathWavefront {

@@ -17,7 +17,6 @@ use super::scattering::replace;
 use super::shading::{LightPathLanes, PrincipledStage, StageScratch};
 use super::{PathIntegrator, PathWavefront};
 use crate::effects::{Effects, Slot, Switch};
-use crate::geometry::surface::SurfacePoint;
 use crate::light::types::ShadowRayEnd;
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, vectorised};
 use crate::math::vec::{LaneVec3, Vec2, Vec3};
@@ -173,14 +172,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if ratio == 0.0 {
             return 0.0;
         }
-        let point = SurfacePoint {
-            p: at.p,
-            error: at.error,
-            ng: at.ng,
-            ns: at.ng,
-        };
         let (end, time) = (
-            ShadowRayEnd::Surface(point, [0.0; 2]),
+            ShadowRayEnd::Surface(at.surface_point(), [0.0; 2]),
             block.packet.rays.time[lane],
         );
         let light = scene.light_of(at);

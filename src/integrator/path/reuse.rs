@@ -210,12 +210,7 @@ impl<E: Effects> SharedPaths<E> {
         connections: &mut Connections,
     ) {
         let second = Second {
-            point: SurfacePoint {
-                p: at.p,
-                error: at.error,
-                ng: at.ng,
-                ns: at.ng,
-            },
+            point: at.surface_point(),
             facing: at.exit_normal(false),
         };
         evaluate_connections::<E>(&pixels, &self.first, &self.reflectance, second, connections);

@@ -140,7 +140,7 @@ impl Default for ScatteringLanes {
 pub struct LightPathLanes {
     /// The densities with which light paths that arrive along the light samples continue towards the camera.
     pub of_light_samples: Lanes<f32>,
-    /// Those of light paths that arrive against the sampled directions.
+    /// The densities of light paths that arrive against the sampled directions.
     pub of_scattered: Lanes<f32>,
     /// The ratios of the densities of a light path and of light sampling, for the light samples.
     pub light_path_over_nee: Lanes<f32>,
@@ -246,7 +246,7 @@ impl<E: Effects> BsdfLanes<E> {
         }
     }
 
-    /// Those of the given lanes whose BSDF is diffuse and evaluated in lanes.
+    /// The lanes among the given ones whose BSDF is diffuse and evaluated in lanes.
     pub fn matte(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
         let rest = lanes.without(&self.scalar_lanes);
         match self.principled.get() {

@@ -1,4 +1,4 @@
-//! When a render estimates its error, and the samples that it still takes to reach the requested one.
+//! The sample counts at which a render estimates its error, and the samples that it still takes to reach the requested one.
 //!
 //! Measure: samples per pixel, the mean where pixels differ; roots of relMSE.
 //! Range: forecasts of at most `MAX_FORECAST` samples; without an error to reach, looks are for the record.

@@ -42,7 +42,7 @@ pub enum LightPathRule {
     /// A number that a pilot chooses for the scene.
     #[default]
     Auto,
-    /// This number.
+    /// A fixed number.
     Share(LightPathShare),
 }
 
@@ -72,7 +72,7 @@ pub enum PathReuseRule {
     /// A number that a pilot chooses for the scene.
     #[default]
     Auto,
-    /// This number.
+    /// A fixed number.
     Pixels(PathReuse),
 }
 

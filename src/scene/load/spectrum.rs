@@ -195,7 +195,7 @@ pub fn to_rec709(primaries: [[f64; 2]; 3], white: [f64; 2]) -> DMat3 {
     *FROM_XYZ * to_xyz(primaries, of_chromaticity(white))
 }
 
-/// From XYZ to linear Rec. 709, whose white is D65 as the observer sees it.
+/// The matrix from XYZ to linear Rec. 709, whose white is D65 as the observer sees it.
 static FROM_XYZ: LazyLock<DMat3> = LazyLock::new(|| {
     let white = xyz_with(|_, d65| d65);
     to_xyz(REC709, white / white.y).inverse()

@@ -37,7 +37,7 @@ pub struct StudyPart {
     pub renders: Vec<LevelRender>,
 }
 
-/// Everything of a shard but its pixels.
+/// All data of a shard except its pixels.
 #[derive(Serialize, Deserialize)]
 struct ShardMetadata {
     plan: StudyPlan,
@@ -48,7 +48,7 @@ struct ShardMetadata {
     renders: Vec<RenderFacts>,
 }
 
-/// Everything of a render but its pixels.
+/// All data of a render except its pixels.
 #[derive(Serialize, Deserialize)]
 struct RenderFacts {
     task: Task,

@@ -22,7 +22,7 @@ pub struct Elements<'a, const N: usize> {
 /// Elements at equal distances.
 #[derive(Debug, Clone, Copy)]
 struct Packed<'a> {
-    /// From the first byte of the first element to the last byte of the last.
+    /// The span from the first byte of the first element to the last byte of the last.
     bytes: &'a [u8],
     stride: usize,
 }

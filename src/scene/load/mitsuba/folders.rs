@@ -13,11 +13,11 @@ use std::rc::Rc;
 /// The folders of one file. A file has to be read to its end before all of them are known.
 #[derive(Debug, Default)]
 pub struct Folders {
-    /// Those of elements `path`, in their order.
+    /// The folders of elements `path`, in their order.
     added: RefCell<Vec<PathBuf>>,
-    /// That of the file.
+    /// The folder of the file.
     own: PathBuf,
-    /// Those of the file that includes it.
+    /// The folders of the file that includes it.
     outer: Option<Rc<Folders>>,
 }
 

@@ -102,7 +102,7 @@ impl DocumentReader {
         words.map(number).collect()
     }
 
-    /// As many numbers in the attribute `value`.
+    /// Reads as many numbers from the attribute `value`.
     pub(super) fn numbers<const N: usize>(
         &self,
         source: &SourceFile<'_>,

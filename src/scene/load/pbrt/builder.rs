@@ -286,7 +286,7 @@ impl Builder {
         }
     }
 
-    /// From pbrt's world to ours.
+    /// The transform from pbrt's world to ours.
     pub fn to_ours(&self) -> DAffine3 {
         self.settings
             .as_ref()

@@ -19,7 +19,7 @@ use crate::scene::load::wording::unknown_name;
 pub struct GivenCamera {
     pub class: String,
     pub params: Parameters,
-    /// From the world to the camera at the start and at the end, and the times of these.
+    /// The transforms from the world to the camera at the start and at the end, and the times of these.
     pub from_world: [DAffine3; 2],
     pub times: [f64; 2],
 }

@@ -18,7 +18,7 @@ use crate::scene::load::wording::{shown, unknown_name};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Everything that was defined so far.
+/// The definitions so far.
 #[derive(Debug, Default)]
 pub struct Library {
     pub contents: SceneContents,

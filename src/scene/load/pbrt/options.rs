@@ -44,7 +44,7 @@ pub struct PbrtSettings {
     pub render: RenderDescription,
     /// The imaging ratio: what the radiance of every light is multiplied by.
     pub exposure: f64,
-    /// From pbrt's world to ours: the identity or a reflection.
+    /// The transform from pbrt's world to ours: the identity or a reflection.
     pub to_ours: DAffine3,
     /// The times at which the shutter opens and closes.
     pub shutter: [f64; 2],

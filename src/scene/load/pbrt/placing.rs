@@ -27,7 +27,7 @@ use std::rc::Rc;
 /// The relative deviation from a uniform scale that files with few digits have.
 const SCALE_TOLERANCE: f64 = 1e-4;
 
-/// Where an object is: a transform, and keys of what is applied after it.
+/// The transform of an object, and the keyframes of the transform that follows it.
 type ObjectTransform = (DAffine3, Vec<Keyframe>);
 
 impl Builder {
@@ -157,7 +157,7 @@ impl Builder {
         Ok(Some((with_alpha, mapping)))
     }
 
-    /// Where the current transforms place an object.
+    /// The transform that the current transforms give an object.
     fn placed(&self, params: &Parameters) -> Result<ObjectTransform> {
         let to_ours = match self.object {
             // An instance of the object has the reflection.

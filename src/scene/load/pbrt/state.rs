@@ -22,9 +22,9 @@ pub const TARGETS: [&str; 5] = ["shape", "light", "material", "medium", "texture
 /// The graphics state: settings by statements for those that follow.
 #[derive(Debug, Clone)]
 pub struct GraphicsState {
-    /// From an object's space to the world's, at the start and at the end.
+    /// The transforms from an object's space to the world's, at the start and at the end.
     pub transforms: [DAffine3; 2],
-    /// Those of the two that transform statements change.
+    /// The transforms of the two that transform statements change.
     pub active: [bool; 2],
     pub reverse: bool,
     pub material: Option<PbrtMaterial>,
@@ -141,8 +141,8 @@ pub fn rotation(angle: f64, axis: DVec3) -> Option<DAffine3> {
     )))
 }
 
-/// From the world to a camera at `eye` that looks along +z at `target`, with x to the right in pbrt's left-handed space;
-/// `None` if that has no direction.
+/// The transform from the world to a camera at `eye` that looks along +z at `target`, with x to the right in pbrt's
+/// left-handed space; `None` if that has no direction.
 pub fn look_at(eye: DVec3, target: DVec3, up: DVec3) -> Option<DAffine3> {
     let forward = (target - eye).try_normalize()?;
     let across = up.try_normalize()?.cross(forward);

@@ -17,7 +17,7 @@ pub enum Statement {
     Translate(DVec3),
     Scale(DVec3),
     Rotate {
-        /// In degrees.
+        /// The angle, in degrees.
         angle: f64,
         axis: DVec3,
     },

@@ -8,7 +8,7 @@ use super::complaint::Complaint;
 use crate::scene::load::wording::{shown, unknown_name};
 use std::borrow::Cow;
 
-/// How the body is written.
+/// The encoding of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BodyEncoding {
     Ascii,

@@ -1,7 +1,8 @@
 //! Reads PLY files: one triangle mesh with normals, texture coordinates and colours, as far as the file has them.
 //!
 //! Measure: the file's own units, in double precision; v of texture coordinates points up.
-//! Range: at least one face; polygons are cut into triangles; other elements and properties are ignored. An error has the line, or the byte of a binary body.
+//! Range: at least one face; polygons are cut into triangles; other elements and properties are ignored. An error has
+//! the line, or the byte of a binary body.
 //! Source: Turk, "The PLY Polygon File Format" (1994). Tested in `tests/loading/ply.rs`.
 
 mod body;

@@ -81,7 +81,7 @@ const KNOWN: &[&str] = &[
     "roughcoating",
 ];
 
-/// Those that have no counterpart.
+/// The BSDFs that have no counterpart.
 const REPLACED: &[&str] = &[
     "hair",
     "measured",

@@ -62,7 +62,7 @@ fn check(arguments: &MergeArguments) -> Result<()> {
     arguments.denoise.map_or(Ok(()), |filter| filter.check())
 }
 
-/// The files to merge: of folders, all state files but the outputs, by name.
+/// The files to merge: of folders, all state files, by name.
 fn state_files(arguments: &MergeArguments) -> Result<Vec<PathBuf>> {
     let mut files = vec![];
     for path in &arguments.files {
@@ -74,13 +74,17 @@ fn state_files(arguments: &MergeArguments) -> Result<Vec<PathBuf>> {
         let before = files.len();
         for entry in path.read_dir().map_err(cannot_read)? {
             let file = entry.map_err(cannot_read)?.path();
-            let is_output = arguments
-                .out
-                .iter()
-                .any(|output| is_same_file(output, &file));
-            if is_state(&file) && !is_output {
-                files.push(file);
+            if !is_state(&file) || !file.is_file() {
+                continue;
             }
+            // It may have samples that no other file has any more.
+            if arguments.out.iter().any(|it| is_same_file(it, &file)) {
+                return Err(Error::usage(
+                    "is an output in a folder that is merged, and exists: name another one, or delete it",
+                )
+                .in_file(file));
+            }
+            files.push(file);
         }
         if files.len() == before {
             return Err(Error::usage("has no state files (.etd) to merge").in_file(path));

@@ -51,7 +51,7 @@ enum Display {
 
 impl Watcher {
     /// Creates a watcher that catches Ctrl-C, the request to end, and the end of the terminal unless that is ignored, as by
-    /// `nohup`. A second signal ends the process at once.
+    /// `nohup`. A second Ctrl-C ends the process at once; other signals may come twice, as from a queue that ends a job.
     ///
     /// # Errors
     /// If the handler cannot be installed.
@@ -62,8 +62,15 @@ impl Watcher {
             signals.push(SIGHUP);
         }
         for signal in signals {
-            flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupted))
-                .and_then(|_| flag::register(signal, Arc::clone(&interrupted)))
+            let at_once = match signal {
+                SIGINT => {
+                    flag::register_conditional_shutdown(signal, 130, Arc::clone(&interrupted))
+                        .map(drop)
+                }
+                _ => Ok(()),
+            };
+            at_once
+                .and_then(|()| flag::register(signal, Arc::clone(&interrupted)))
                 .map_err(|error| {
                     Error::render("cannot install a handler for Ctrl-C").because(error)
                 })?;

@@ -225,7 +225,7 @@ fn state(bytes: &[u8]) {
             let pixels = state.header.window.pixel_count() as usize;
             assert_eq!(state.film.develop().pixels().len(), pixels);
             assert!(state.layers.iter().all(|it| it.samples.len() == pixels));
-            state.error(0.95);
+            state.needed_spp(0.01, 0.95);
         }
         Err(error) => check_error(&error, &[ErrorKind::Io]),
     }

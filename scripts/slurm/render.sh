@@ -73,6 +73,8 @@ missing() {
 # Submits the array of what is missing, if anything is, and the job that goes on after it: both or none. A job that is queued
 # again after that submits nothing.
 submit() {
+    # Ended between the array and the file that says so, this job would submit the array again.
+    trap '' TERM
     after=
     if [ -n "$(missing)" ]; then
         # shellcheck disable=SC2086
@@ -111,7 +113,7 @@ next() {
         return
     fi
     # What is whole needs no checkpoint.
-    rm -f "$folder"/checkpoint-*.etd
+    rm -f "$folder"/checkpoint-*.etd "$folder"/.etendue-*.part
     first=$(head -n 1 "$folder/round")
     pilot=$(cat "$folder/pilot" 2>/dev/null || cat "$folder/spp")
     if [ "${first%%..*}" = 0 ] && [ "$pilot" -lt "$(cat "$folder/spp")" ]; then

@@ -38,8 +38,10 @@ run_step() {
         exec "${ETENDUE:-etendue}" "$@" --shard "$SLURM_ARRAY_TASK_ID/$(cat "$folder/shards")"
         ;;
     esac
+    rm -f "$folder/done" "$folder/failed"
+    trap 'exit 1' TERM
+    trap '[ -e "$folder/done" ] || [ -e "$folder/failed" ] || echo "the job that merges ended early: see $folder/log-*.txt" >"$folder/failed"' EXIT
     if "${ETENDUE:-etendue}" "$@" --merge; then
-        rm -f "$folder/failed"
         date >"$folder/done"
     else
         echo "see $folder/log-*.txt; study.sh $folder submits again what is missing" >"$folder/failed"

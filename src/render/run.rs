@@ -107,13 +107,19 @@ impl<'a> Run<'a> {
         let mut checkpoints = Checkpoints::new(self.observer.checkpoint_interval(), self.start);
         let mut estimates = Estimates::new(self.start);
         let mut is_reached = false;
+        // Checkpoints end passes early: a pilot ends after counts that do not depend on these, unless time decides.
+        let may_end_pilot = |planner: &PassPlanner| {
+            settings.budget.time.is_some()
+                || planner.is_look_due()
+                || planner.spp() >= settings.budget.pilot() && settings.budget.error.is_none()
+        };
         // A pilot is a share of the render's own samples, also where it is rendered in several parts.
         let used = |planner: &PassPlanner| match settings.budget.only_samples() {
             Some(spp) => planner.spp() as f64 / spp as f64,
             None => planner.fraction(planner.spp() as f64, self.start.elapsed()),
         };
         // The state that a render continues from may be a whole pilot.
-        if planner.spp() > 0 {
+        if planner.spp() > 0 && may_end_pilot(&planner) {
             allocator.pass_done(&rendered.film, planner.spp(), used(&planner));
         }
         while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.left()) {
@@ -141,12 +147,15 @@ impl<'a> Run<'a> {
             }
             planner.pass_done(samples);
             self.observer.pass(film);
+            let may_end_pilot = may_end_pilot(&planner);
             if planner.is_look_due() || estimates.are_due() {
                 let begun = Instant::now();
                 self.estimate(film, &mut planner, &allocator, &mut shown);
                 estimates.made(begun);
             }
-            allocator.pass_done(film, planner.spp(), used(&planner));
+            if may_end_pilot {
+                allocator.pass_done(film, planner.spp(), used(&planner));
+            }
             if checkpoints.is_due() {
                 self.record(rendered, &planner, &allocator);
                 self.observer.checkpoint(rendered);
@@ -162,7 +171,7 @@ impl<'a> Run<'a> {
         rendered.predicted = shown.predicted;
     }
 
-    /// Estimates the error and what is shown of it, and lets the planner know if it is due.
+    /// Estimates the error for display and, if it is due, for the planner.
     fn estimate(
         &self,
         film: &Film,
@@ -219,7 +228,7 @@ impl<'a> Run<'a> {
         rendered.planner = Some(planner.state());
     }
 
-    /// The allocation of a render that has all samples from the first on. Without these, nothing is known of the error.
+    /// The allocation, if the film begins at sample 0; otherwise its error is not known.
     fn of_whole<'b>(&self, allocator: &'b SampleAllocator) -> Option<&'b Allocation> {
         let allocation = allocator.allocation().filter(|_| self.first == 0);
         allocation.map(AsRef::as_ref)
@@ -360,8 +369,8 @@ impl<'a> Run<'a> {
     }
 }
 
-/// The samples per pixel after which the pilot of an adaptive render is over. Where nothing but samples limits the
-/// render, its length depends on nothing else; elsewhere it ends between passes.
+/// The samples per pixel that the pilot of an adaptive render still needs. Where nothing but samples limits the render,
+/// its length depends on nothing else; elsewhere it ends between passes.
 fn left_of_pilot(budget: Budget, spp: u64) -> u64 {
     match budget.only_samples() {
         Some(_) if spp < budget.pilot() => budget.pilot() - spp,

@@ -248,18 +248,22 @@ impl Rendering {
         save(header, &self.rendered, layers, path)
     }
 
-    /// The header that state files of this render have in common.
+    /// The header that state files of this render have in common, for the packages of this workspace.
     ///
     /// # Errors
     /// An error of Embree.
+    #[doc(hidden)]
     pub fn header(&self, session: &Session) -> Result<StateHeader> {
         let shard = self.shard.as_ref().map(|it| [it.start, it.end]);
         let description = session.description();
+        // An error ends a render before its limit.
+        let (spp, limit) = match self.settings.budget.error {
+            Some(_) => (None, self.whole_spp()),
+            None => (self.whole_spp(), None),
+        };
         Ok(StateHeader {
-            // An error ends a render before its limit.
-            spp: self
-                .whole_spp()
-                .filter(|_| self.settings.budget.error.is_none()),
+            spp,
+            limit,
             shard,
             wants_layers: self.settings.layers,
             bias: self.settings.bias(session.scene.effects),

@@ -20,7 +20,7 @@ use std::path::Path;
 const MAGIC: &[u8; 8] = b"ETDSTATE";
 
 /// The number of this format; another one is refused.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 
 /// The bytes before the header.
 const BEFORE_HEADER: usize = 16;
@@ -148,8 +148,12 @@ impl Checked {
 /// A file that cannot be read or is not a state file.
 pub fn read_header(path: &Path) -> Result<StateHeader> {
     let cannot_read = |error| Error::io("cannot read", path, error);
-    let mut file = fs::File::open(path).map_err(cannot_read)?;
-    let size = file.metadata().map_err(cannot_read)?.len();
+    // A pipe would be waited for.
+    let metadata = fs::metadata(path).map_err(cannot_read)?;
+    if !metadata.is_file() {
+        return Err(cannot_read(io::Error::other("not a regular file")));
+    }
+    let (mut file, size) = (fs::File::open(path).map_err(cannot_read)?, metadata.len());
     let mut bytes = vec![];
     let mut read_to = |bytes: &mut Vec<u8>, end: u64| {
         let more = end.saturating_sub(bytes.len() as u64);

@@ -63,6 +63,9 @@ pub struct StateHeader {
     pub reach: u32,
     /// The samples per pixel of the whole render, if they are known.
     pub spp: Option<u64>,
+    /// The most samples per pixel of a render to an error.
+    #[serde(default)]
+    pub limit: Option<u64>,
     /// The first sample of the shard and the one after its last; `None` for a whole render.
     pub shard: Option<[u64; 2]>,
     /// The ranges of samples that every pixel has, in order and apart: the first, and the one after the last.
@@ -111,6 +114,7 @@ impl StateHeader {
             tile_size: 1,
             reach: 0,
             spp: None,
+            limit: None,
             shard: None,
             done: vec![],
             is_uneven: false,

@@ -11,6 +11,7 @@ use etendue::internals::session::layers::with_film;
 use etendue::internals::session::{Rendering, Session};
 use etendue::internals::state::{Merge, Shard, State};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 fn adaptive(sampler: SamplerKind, spp: u64) -> RenderOptions {
     let mut options = RenderOptions::samples(spp);
@@ -381,4 +382,29 @@ fn shards_beyond_the_pilot_need_it() {
         assert!(error.contains("--shard 0..52"), "{error}");
         assert!(error.contains("--pilot"), "{error}");
     }
+}
+
+/// Asks for a checkpoint after every pass, which makes passes short.
+struct EveryPass;
+
+impl RenderObserver for EveryPass {
+    fn checkpoint_interval(&self) -> Option<Duration> {
+        Some(Duration::ZERO)
+    }
+}
+
+#[test]
+fn checkpoints_leave_adaptive_renders_to_an_error_as_they_are() {
+    let session = session(SMALL, 2);
+    let mut options = RenderOptions::default();
+    options.adaptive = Some(Adaptive::TwoPhase);
+    options.error = Some(0.02);
+    let [whole, kept] = [&NullRenderObserver as &dyn RenderObserver, &EveryPass].map(|observer| {
+        let rendering = session.render(&options, observer);
+        rendering.expect("valid options")
+    });
+    let counts = whole.film().sample_counts();
+    assert!(counts.iter().min() < counts.iter().max());
+    assert_eq!(counts, kept.film().sample_counts());
+    assert!(whole.image() == kept.image());
 }

@@ -124,7 +124,7 @@ pub fn start(
     let has_limit = options.time.is_some() || options.error.is_some() || options.spp.is_some();
     if !has_limit {
         // The render continues to the limit that it had.
-        options.spp = old.header.spp;
+        options.spp = old.header.spp.or(old.header.limit);
         if let Some(target) = old.header.planner.and_then(|planner| planner.target()) {
             options.error = Some(target.rel_rmse);
             options.confidence = options.confidence.or(Some(target.confidence));
@@ -197,7 +197,7 @@ pub fn write(
     // A render that continues from a checkpoint traces the first hits of its layers anew: a checkpoint has none.
     let keep = |path: &Path| {
         let header = rendering.header(session)?;
-        save(header, rendering.rendered(), vec![], path)
+        save_over(header, rendering.rendered(), path)
     };
     let kept = checkpoint.map_or(Ok(()), |path| noted(keep(path)));
     // An interrupted render continues from its checkpoint: its outputs would look like those of a whole one.
@@ -207,6 +207,20 @@ pub fn write(
     let states = outputs.iter().filter(|path| is_state(path));
     let write = |path: &Path| noted(rendering.save(session, path));
     states.fold(kept, |so_far, path| so_far.and(write(path)))
+}
+
+/// Writes a checkpoint, unless another process has written one of another render or of more samples there.
+fn save_over(header: StateHeader, rendered: &Rendered, path: &Path) -> Result<()> {
+    if let Ok(old) = read_header(path) {
+        let is_other = old.identity != header.identity || old.shard != header.shard;
+        if old.samples() > 0 && (is_other || old.samples() > rendered.spp) {
+            return Err(Error::usage(
+                "was written by another process, and has another render or more samples: it is kept",
+            )
+            .in_file(path));
+        }
+    }
+    save(header, rendered, vec![], path)
 }
 
 /// Shows progress, forwards Ctrl-C, and writes checkpoints.
@@ -263,7 +277,7 @@ impl RenderObserver for Checkpointer<'_> {
 
     fn checkpoint(&self, rendered: &Rendered) {
         if let Some((path, _, header)) = &self.checkpoint
-            && let Err(error) = save(header.clone(), rendered, vec![], path)
+            && let Err(error) = save_over(header.clone(), rendered, path)
         {
             // The checkpoint before is still there, and the disk may have room again for the next one.
             self.watcher

@@ -5,7 +5,7 @@ use crate::support::{INPUT_OUTPUT, USAGE, command, fails, run, succeed};
 use etendue::internals::image::{ColourSpace, Image};
 use etendue::internals::state::{State, read_header};
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 fn small() -> SceneFolder {
@@ -35,6 +35,7 @@ fn killed_and_resumed_render_is_bit_identical() {
     for (integrator, spp) in [
         ("path", 2000),
         ("path --adaptive", 2000),
+        ("path --layers", 2000),
         ("bdpt", 1000),
         ("mlt", 400),
     ] {
@@ -283,6 +284,36 @@ fn full_disk_preserves_the_existing_file() {
     assert_eq!(read(&folder, "it.exr").width(), 24);
     let names = std::fs::read_dir(&disk.0).expect("it is there");
     assert_eq!(names.count(), 1, "a temporary file was left");
+}
+
+/// Both begin while there is no checkpoint. Whoever comes second keeps its hands off.
+#[test]
+fn checkpoint_of_another_render_is_kept() {
+    let folder = small();
+    let begin = |seed: u64, spp: u64| {
+        let flags = format!(
+            "render small.toml --spp {spp} --seed {seed} --checkpoint it.etd --every 0.01s -o it-{seed}.exr"
+        );
+        command(&folder, &flags)
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("it starts")
+    };
+    let mut children = [begin(1, 3000), begin(2, 3000)];
+    for child in &mut children {
+        wait_for(&folder.path("it.etd"), 0, child);
+    }
+    let first = read_header(&folder.path("it.etd")).expect("it is whole");
+    let ended = children.map(|child| child.wait_with_output().expect("it ends"));
+    let last = read_header(&folder.path("it.etd")).expect("it is whole");
+    assert_eq!(first.identity, last.identity);
+    assert_eq!(last.samples(), 3000);
+    let refused = ended.iter().filter(|it| {
+        let stderr = String::from_utf8_lossy(&it.stderr);
+        !it.status.success() && stderr.contains("by another process")
+    });
+    assert_eq!(refused.count(), 1, "{ended:?}");
+    assert!(folder.path("it-1.exr").exists() && folder.path("it-2.exr").exists());
 }
 
 #[test]

@@ -17,7 +17,7 @@ use etendue::internals::image::atomic::{check_creatable, make_folder, write_text
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::Recommendation;
 use etendue::internals::render::options::{RenderOptions, refuse_endless};
-use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::render::settings::{LightPathRule, RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::session::Session;
 use etendue::{Error, Result};
@@ -147,6 +147,7 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
         }
     }
     Ok(StudySettings {
+        reference_light_paths: LightPathRule::Auto,
         budget: arguments.budget.as_secs_f64(),
         seed: arguments.measurement.seed,
         reference: arguments.reference,

@@ -82,12 +82,14 @@ pub(super) struct AnswerInput<'a> {
     /// The error as a render estimates it, and the number of pixels at the scene's own size.
     pub look: Option<Look>,
     pub pixels: u64,
+    /// The factor of the error at the scene's own size, relative to that of the curve.
+    pub error_factor: f64,
 }
 
 impl AnswerInput<'_> {
     /// The time until the root of relMSE is `error`.
     pub fn answer(&self, error: f64) -> Answer {
-        let rel_mse = error * error;
+        let rel_mse = (error / self.error_factor).powi(2);
         if let Some(spp) = self.exact_from() {
             return Answer::Exact(self.time.at(spp));
         }
@@ -167,7 +169,7 @@ impl AnswerInput<'_> {
             return 1.0;
         };
         // The uncertainty of the squared error is known at the look only; that of fewer samples is about as large.
-        let error = error.min(look.rel_rmse);
+        let error = (error / self.error_factor).min(look.rel_rmse);
         let forecast = Forecast::new(&[look], self.pixels, CONFIDENCE, false);
         let independent = look.samples * (look.rel_rmse / error).powi(2);
         let factor = forecast.map_or(1.0, |it| it.samples_for(error) / independent);
@@ -223,6 +225,7 @@ mod tests {
             pace_margin: 0.02,
             look: None,
             pixels: 1 << 20,
+            error_factor: 1.0,
         };
         [0.1, 0.03, 0.003].map(|error| facts.answer(error))
     }
@@ -283,6 +286,7 @@ mod tests {
             pace_margin: 0.0,
             look: None,
             pixels: 1,
+            error_factor: 1.0,
         };
         assert_eq!(facts.answer(1e-3), Answer::Exact(2.5));
     }
@@ -308,6 +312,7 @@ mod tests {
             pace_margin: 0.0,
             look,
             pixels: 100_000,
+            error_factor: 1.0,
         };
         let look = Look {
             samples: 4.0,

@@ -1,32 +1,81 @@
-//! The time of renders at the scene's own size, of a study of a smaller image.
+//! The time and the error of renders at the scene's own size, of a study of a smaller image.
 //!
 //! Only a few renders of the own size fit into the time before the study, and one disturbed render among them changes the
 //! pace of its variant by half. The pace of all variants is therefore taken to change by one factor, the median of theirs,
 //! and that factor is trusted half: the pace lies in the middle between the measured one and that of as many pixels of
 //! the smaller image, on a logarithmic scale, and its interval holds both.
 //!
-//! Measure: seconds; the margin is the half width of an interval of the logarithm of the pace.
-//! Range: measured factors beyond 1/2 and 2 are those of a disturbed machine, and count as 1/2 and 2.
+//! The error changes with the size, too: a smaller image has a larger share of pixels at edges. Its factor is the ratio of
+//! both sizes' estimates after equally many samples, a few of each pixel, drawn towards 1 as far as it is uncertain.
+//!
+//! Measure: seconds, relMSE; margins are half widths of intervals of the logarithm.
+//! Range: measured factors of the pace beyond 1/2 and 2 are those of a disturbed machine, and count as 1/2 and 2.
 //! Source: docs/accuracy.md, "The study". Tested below.
 
 use super::fit::TimeLaw;
+use etendue::internals::math::stats::normal_quantile;
+use etendue::internals::render::convergence::Look;
 use serde::{Deserialize, Serialize};
 
 /// The largest factor between the pace at the own size and that of as many pixels of a smaller image.
 const MAX_FACTOR: f64 = 2.0;
 
-/// The time at the scene's own size.
+/// The standard deviation of the logarithm of the factor of relMSE, before anything is measured.
+const PRIOR: f64 = 0.35;
+
+/// The standard deviation of the logarithm by which the factor differs between few samples and many.
+const DRIFT: f64 = 0.1;
+
+/// The time and the error at the scene's own size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct OwnTime {
+pub struct OwnSize {
     /// Seconds by samples per pixel.
     pub law: TimeLaw,
     /// The half width of the interval of the logarithm of the pace.
     pub margin: f64,
+    /// The error.
+    pub error: OwnError,
 }
 
-/// The times of all variants, from (samples, seconds) of renders at the own size, the laws of the smaller image, and the
+/// The error at the scene's own size, relative to that of the smaller image after as many samples.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OwnError {
+    /// The factor of relMSE.
+    pub factor: f64,
+    /// The half width of the interval of its logarithm.
+    pub margin: f64,
+}
+
+impl OwnError {
+    /// The error of an image of the scene's own size.
+    pub const SAME: Self = Self {
+        factor: 1.0,
+        margin: 0.0,
+    };
+
+    /// The factor by estimates of the error at the own size and at the smaller one.
+    pub fn of(own: &[Look], small: &[Look]) -> Self {
+        let pairs = own.iter().filter_map(|own| {
+            let small = small.iter().find(|it| it.samples == own.samples)?;
+            let ratio = 2.0 * (own.rel_rmse / small.rel_rmse).ln();
+            let variance = own.uncertainty.powi(2) + small.uncertainty.powi(2) + DRIFT * DRIFT;
+            (ratio.is_finite() && variance.is_finite()).then_some((own.samples, ratio, variance))
+        });
+        let last = pairs.max_by(|a, b| a.0.total_cmp(&b.0));
+        let (_, ratio, variance) = last.unwrap_or((0.0, 0.0, f64::INFINITY));
+        // The posterior of a normal distribution.
+        let weight = PRIOR * PRIOR / (PRIOR * PRIOR + variance);
+        let deviation = PRIOR * (1.0 - weight).sqrt();
+        Self {
+            factor: (weight * ratio).exp(),
+            margin: normal_quantile(0.975) * deviation,
+        }
+    }
+}
+
+/// The times of all variants, with the errors of the smaller image, from (samples, seconds) of renders at the own size, the laws of the smaller image, and the
 /// number of pixels over that of the smaller image.
-pub fn own_times(own: &[Vec<[f64; 2]>], small: &[TimeLaw], share: f64) -> Vec<OwnTime> {
+pub fn own_times(own: &[Vec<[f64; 2]>], small: &[TimeLaw], share: f64) -> Vec<OwnSize> {
     // A start that does not grow with the image, such as that of threads, may not exceed what was measured.
     let expected = |(points, law): (&Vec<[f64; 2]>, &TimeLaw)| {
         let seconds = points.iter().map(|[_, seconds]| *seconds);
@@ -51,12 +100,13 @@ pub fn own_times(own: &[Vec<[f64; 2]>], small: &[TimeLaw], share: f64) -> Vec<Ow
         .iter()
         .chain(&[0.0])
         .fold(0.0_f64, |most, factor| most.max((factor - middle).abs()));
-    let of_variant = |law: &TimeLaw| OwnTime {
+    let of_variant = |law: &TimeLaw| OwnSize {
         law: TimeLaw {
             sample: law.sample * middle.exp(),
             ..*law
         },
         margin,
+        error: OwnError::SAME,
     };
     expected.iter().map(of_variant).collect()
 }
@@ -89,7 +139,7 @@ mod tests {
     }
 
     /// The pace over that of as many pixels of the smaller image, and the interval of the pace.
-    fn pace(own: &OwnTime, small: &TimeLaw) -> [f64; 3] {
+    fn pace(own: &OwnSize, small: &TimeLaw) -> [f64; 3] {
         let value = own.law.sample / (SHARE * small.sample);
         [value, value * (-own.margin).exp(), value * own.margin.exp()]
     }
@@ -104,6 +154,44 @@ mod tests {
             let held = |pace: f64| low <= pace * 1.0001 && pace <= high * 1.0001;
             assert!(held(1.0) && held(factor), "{factor}: {low} {high}");
             assert!((own[0].law.start - SHARE * law.start).abs() < 1e-12);
+        }
+    }
+
+    fn look(samples: f64, rel_rmse: f64, uncertainty: f64) -> Look {
+        Look {
+            samples,
+            rel_rmse,
+            uncertainty,
+            bias: 0.0,
+            largest_sample: 0.0,
+        }
+    }
+
+    #[test]
+    fn error_factor_is_measured_where_it_is_certain() {
+        let small = [
+            look(4.0, 0.4, 0.05),
+            look(8.0, 0.2, 0.05),
+            look(16.0, 0.1, 0.05),
+        ];
+        let own = |uncertainty: f64| [look(4.0, 0.3, 0.01), look(8.0, 0.1, uncertainty)];
+        // Half of the error is a quarter of relMSE.
+        let certain = OwnError::of(&own(0.01), &small);
+        assert!((0.25..0.32).contains(&certain.factor), "{certain:?}");
+        let [low, high] = [-1.0, 1.0].map(|side| certain.factor * (side * certain.margin).exp());
+        assert!(low < 0.25 && high < 0.4, "{certain:?}");
+        let rough = OwnError::of(&own(1.0), &small);
+        assert!(
+            rough.factor > 0.8 && rough.margin > 2.0 * certain.margin,
+            "{rough:?}"
+        );
+        // Without two estimates after as many samples, little is known.
+        for own in [&[][..], &[look(2.0, 0.1, 0.01)]] {
+            let unknown = OwnError::of(own, &small);
+            assert!(
+                unknown.factor == 1.0 && unknown.margin > rough.margin,
+                "{unknown:?}"
+            );
         }
     }
 

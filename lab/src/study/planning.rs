@@ -6,7 +6,7 @@
 //! Source: docs/accuracy.md, "The study". Tested below and in `lab/tests/reports/study.rs`.
 
 use super::fit::TimeLaw;
-use super::own_size::own_times;
+use super::own_size::{OwnError, OwnSize, own_times};
 use super::reference::References;
 use super::report::LevelReport;
 use super::run::Study;
@@ -14,6 +14,8 @@ use super::runner::{Purpose, seed_for};
 use super::schedule::Schedule;
 use super::settings::StudyClock;
 use etendue::internals::image::Image;
+use etendue::internals::render::CONFIDENCE;
+use etendue::internals::render::convergence::Look;
 use etendue::{Error, Result};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -22,7 +24,7 @@ use std::time::{Duration, Instant};
 const MAX_MEMORY: u64 = 4 << 30;
 
 /// The share of the budget for measuring the cost of renders, and its maximum in seconds, over all variants.
-const WARM_UP: (f64, f64) = (0.04, 8.0);
+const WARM_UP: (f64, f64) = (0.05, 10.0);
 
 /// The number of doublings of the samples below which a smaller image is studied.
 const MIN_DOUBLINGS: usize = 8;
@@ -43,6 +45,8 @@ pub(super) struct MeasuredCosts {
     reference: TimeLaw,
     /// Samples per pixel and seconds of the renders of each variant.
     points: Vec<Vec<[f64; 2]>>,
+    /// The estimates of their errors.
+    looks: Vec<Vec<Look>>,
 }
 
 impl MeasuredCosts {
@@ -93,8 +97,11 @@ impl Study<'_> {
                 let share = pixels(full) / pixels(size);
                 let small = self.report.variants.iter().map(|study| study.warm_up);
                 let own = own_times(&costs.points, &small.collect::<Vec<_>>(), share);
-                for (study, own) in self.report.variants.iter_mut().zip(own) {
-                    study.own_size = Some(own);
+                let errors = costs.looks.iter().zip(&again.looks);
+                let errors = errors.map(|(own, small)| OwnError::of(own, small));
+                let variants = self.report.variants.iter_mut();
+                for (study, (own, error)) in variants.zip(own.into_iter().zip(errors)) {
+                    study.own_size = Some(OwnSize { error, ..own });
                 }
                 costs = again;
             }
@@ -106,7 +113,7 @@ impl Study<'_> {
     fn shrink(&mut self, size: (u32, u32)) {
         let (width, height) = size;
         self.report.warn(format!(
-            "the scene's own size would leave fewer than {MIN_DOUBLINGS} doublings of the samples in this time: {width} × {height} pixels were rendered, and times are converted to the scene's own size by a pace between the one measured there and that of as many pixels of this image"
+            "the scene's own size would leave fewer than {MIN_DOUBLINGS} doublings of the samples in this time: {width} × {height} pixels were rendered, and times are converted to the scene's own size by a pace between the one measured there and that of as many pixels of this image, errors by the ratio of both sizes' estimates after a few samples"
         ));
         self.on_film(size);
     }
@@ -125,10 +132,10 @@ impl Study<'_> {
         let variants = self.settings.variants.iter().chain([&reference]);
         let share = WARM_UP.0 * self.settings.budget;
         let each = share.min(WARM_UP.1) / (self.settings.variants.len() + 1) as f64;
-        let (mut laws, mut all_points) = (Vec::new(), Vec::new());
+        let (mut laws, mut all_points, mut all_looks) = (Vec::new(), Vec::new(), Vec::new());
         let mut comparison = 0.0;
         for (index, variant) in variants.enumerate() {
-            let mut points = Vec::new();
+            let (mut points, mut looks) = (Vec::new(), Vec::new());
             let least = variant.settings.least_samples();
             let (mut times, mut spent) = (1, 0.0);
             loop {
@@ -140,6 +147,8 @@ impl Study<'_> {
                     return Ok(None);
                 };
                 points.push([times as f64, shot.seconds.wall]);
+                let error = shot.film.error(CONFIDENCE);
+                looks.extend(error.map(|error| Look::new((times * least) as f64, &error)));
                 spent += shot.seconds.wall;
                 // The next render takes about twice as long.
                 if points.len() > 2 && 2.0 * shot.seconds.wall + spent > each {
@@ -160,16 +169,19 @@ impl Study<'_> {
             laws.push(law);
             let of_samples = |&[times, seconds]: &[f64; 2]| [times * least as f64, seconds];
             all_points.push(points[1..].iter().map(of_samples).collect());
+            all_looks.push(looks);
         }
         let reference = laws.pop().expect("the reference is the last");
         for law in &mut laws {
             law.start += comparison;
         }
         all_points.pop();
+        all_looks.pop();
         Ok(Some(MeasuredCosts {
             laws,
             reference,
             points: all_points,
+            looks: all_looks,
         }))
     }
 
@@ -247,6 +259,7 @@ mod tests {
             laws: vec![law; 2],
             reference: law,
             points: Vec::new(),
+            looks: Vec::new(),
         }
     }
 

@@ -35,6 +35,7 @@ impl Study<'_> {
         let settings = RenderSettings {
             integrator: self.settings.reference,
             sampler: SamplerKind::Sobol,
+            light_paths: self.settings.reference_light_paths,
             occlusion_distance: None,
             threads: self.settings.options.threads,
             ..RenderSettings::new(self.prepared.size(), 1)

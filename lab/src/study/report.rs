@@ -9,7 +9,7 @@ use super::clock::Seconds;
 use super::fit::TimeLaw;
 use super::gram::Gram;
 use super::lengths::BounceCost;
-use super::own_size::OwnTime;
+use super::own_size::OwnSize;
 use super::reference::ReferenceNoise;
 use super::scaling::Scaling;
 use super::schedule::Schedule;
@@ -87,7 +87,7 @@ pub struct VariantStudy {
     /// Seconds by samples, from the warm-up; [`super::summary`] fits all renders.
     pub warm_up: TimeLaw,
     /// Seconds by samples at the scene's own size, if another size was studied and this was measured.
-    pub own_size: Option<OwnTime>,
+    pub own_size: Option<OwnSize>,
     /// Seconds of building its structure.
     pub build: f64,
     /// Levels from few samples to many.

@@ -16,6 +16,7 @@ use super::schedule::{COST_SOURCES, Schedule};
 use super::settings::{StudyClock, StudyObserver, StudySettings};
 use super::variant::Variant;
 use etendue::Result;
+use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::description::SceneDescription;
 use std::rc::Rc;
 use std::time::Instant;
@@ -58,6 +59,14 @@ pub(super) fn settled(
         } = variant;
         *settings = prepared.settle(settings, *options, watch)?.settings;
     }
+    let reference = RenderSettings {
+        integrator: settings.reference,
+        light_paths: settings.reference_light_paths,
+        threads: settings.options.threads,
+        ..RenderSettings::new(prepared.size(), 1)
+    };
+    let reference = prepared.settle(&reference, settings.options, watch)?;
+    settings.reference_light_paths = reference.settings.light_paths;
     Ok((prepared, settings))
 }
 

@@ -9,6 +9,7 @@ use super::schedule::Schedule;
 use super::variant::Variant;
 use etendue::internals::accel::AccelOptions;
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::settings::LightPathRule;
 use etendue::internals::render::{Progress, RenderObserver};
 use std::time::Instant;
 
@@ -21,6 +22,9 @@ pub struct StudySettings {
     pub seed: u64,
     /// The integrator of the references, which has to be unbiased.
     pub reference: IntegratorKind,
+    /// The light paths of references by `path`. A study replaces them by what a pilot chooses: camera paths alone miss the
+    /// caustics of point lights.
+    pub reference_light_paths: LightPathRule,
     /// The options of their acceleration structure.
     pub options: AccelOptions,
     /// The variants to compare; ratios are to the first in which no bias is found.

@@ -11,6 +11,7 @@ use super::efficiency::Efficiency;
 use super::fit::{Curve, ErrorLevel, Slope, TimeLaw};
 use super::gram::Estimate;
 use super::law::Law;
+use super::own_size::OwnError;
 use super::report::{LevelReport, StudyReport, VariantStudy};
 use etendue::internals::math::stats::{Moments, student_quantile};
 use serde::Serialize;
@@ -27,6 +28,8 @@ pub struct Summary {
     pub time: TimeLaw,
     /// ... and at the scene's own size.
     pub own_time: TimeLaw,
+    /// The factor of relMSE at the scene's own size, relative to the size of the study.
+    pub own_error: f64,
     /// Number of processors in use, on average.
     pub processors: f64,
     /// Levels from few samples to many.
@@ -174,6 +177,10 @@ fn summary(
     };
     let own_size = study.own_size.filter(|_| pixels != own_pixels);
     let (own_time, own_margin) = own_size.map_or((converted, 0.0), |own| (own.law, own.margin));
+    // A bias is a part of the error at either size.
+    let own_error = own_size.filter(|_| !bias.is_square_found);
+    let own_error = own_error.map_or(OwnError::SAME, |own| own.error);
+    let own_margin = own_margin.hypot(own_error.margin);
     let law = curve.law();
     let facts = AnswerInput {
         curve: &curve,
@@ -185,14 +192,16 @@ fn summary(
         pace_margin: pace_margin(last).hypot(own_margin),
         look: study.look,
         pixels: own_pixels as u64,
+        error_factor: own_error.factor.sqrt(),
     };
     let answers = TARGETS.map(|target| (target, facts.answer(target)));
     let last_error = last.gram.mse()?.value.max(0.0).sqrt();
-    let tenth = facts.answer(0.1 * last_error);
+    let tenth = facts.answer(0.1 * facts.error_factor * last_error);
     let summary = Summary {
         name: study.variant.name.clone(),
         time,
         own_time,
+        own_error: own_error.factor,
         processors: cpu / wall,
         levels: levels.iter().zip(&ranges).filter_map(level).collect(),
         slope,
@@ -353,12 +362,13 @@ mod tests {
     fn margin_of_the_own_size_widens_the_answers() {
         let mut study = study("path", 0.0, 0.01);
         let widths = [0.0, 0.5].map(|margin| {
-            study.own_size = Some(super::super::own_size::OwnTime {
+            study.own_size = Some(super::super::own_size::OwnSize {
                 law: TimeLaw {
                     start: 0.0,
                     sample: 0.04,
                 },
                 margin,
+                error: OwnError::SAME,
             });
             let mut report = report(vec![study.clone()]);
             report.full_size = (32, 32);
@@ -370,5 +380,43 @@ mod tests {
             }
         });
         assert!(widths[1] > 0.95 && widths[0] < 0.5, "{widths:?}");
+    }
+
+    #[test]
+    fn error_of_the_own_size_scales_the_answers() {
+        let answers = [1.0, 0.5].map(|factor| {
+            let mut study = study("path", 0.0, 0.01);
+            study.own_size = Some(super::super::own_size::OwnSize {
+                law: TimeLaw {
+                    start: 0.0,
+                    sample: 0.04,
+                },
+                margin: 0.0,
+                error: OwnError {
+                    factor,
+                    margin: 0.0,
+                },
+            });
+            let mut report = report(vec![study]);
+            report.full_size = (32, 32);
+            let summary = summaries(&report)[0].1.clone();
+            assert_eq!(summary.own_error, factor);
+            let seconds = summary
+                .answers
+                .iter()
+                .filter_map(|(_, it)| it.seconds())
+                .collect::<Vec<_>>();
+            (seconds, summary.tenth.seconds().expect("a law"))
+        });
+        let [(whole, tenth), (half, tenth_of_half)] = answers;
+        // Half of relMSE takes half as long, wherever the answer comes from.
+        for (whole, half) in whole.iter().zip(&half).skip(1) {
+            assert!((half / whole - 0.5).abs() < 0.02, "{whole} {half}");
+        }
+        // A tenth of the error of as many samples takes as long.
+        assert!(
+            (tenth_of_half / tenth - 1.0).abs() < 0.02,
+            "{tenth} {tenth_of_half}"
+        );
     }
 }

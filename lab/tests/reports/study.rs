@@ -4,7 +4,8 @@ use crate::common::room::{LAMP, room};
 use etendue::ErrorKind;
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::integrator::light_paths::LightPathShare;
+use etendue::internals::render::settings::{LightPathRule, RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
 use etendue_lab::study::answer::Answer;
 use etendue_lab::study::report::StudyReport;
@@ -34,6 +35,7 @@ pub fn settings(
     };
     let base = Variant::new(RenderSettings::new((16, 16), 1), options);
     StudySettings {
+        reference_light_paths: LightPathRule::Auto,
         budget,
         seed: 5,
         reference: IntegratorKind::Path,
@@ -367,4 +369,46 @@ fn short_budget_shrinks_the_image_with_a_warning() {
     let summary = &summaries(&report)[0].1;
     // Times are for the scene's own size, which has more pixels.
     assert!(summary.own_time.sample > summary.time.sample);
+}
+
+/// Camera paths alone miss the caustics of point lights: were the references of camera paths, the variant that has them would
+/// be called biased.
+#[test]
+fn references_have_the_caustics_of_point_lights() {
+    let description = room(
+        r#"
+[[material]]
+name = "mirror"
+type = "mirror"
+
+[[shape]]
+type = "sphere"
+material = "mirror"
+center = [0.3, 0.5, 0]
+radius = 0.5
+
+[[light]]
+type = "point"
+position = [-0.6, 1.5, 0.2]
+intensity = [2, 2, 2]
+"#,
+    );
+    let rules = [
+        LightPathRule::Auto,
+        LightPathRule::Share(LightPathShare::None),
+    ];
+    let choices = rules.map(SettingValue::LightPaths);
+    let settings = settings(&choices, 8.0, Some(fixed(2)));
+    let report = run(
+        &description,
+        (64, 64),
+        &settings,
+        Instant::now(),
+        &NullStudyObserver,
+    )
+    .expect("a valid study");
+    let all = summaries(&report);
+    let [auto, none] = [0, 1].map(|index| &all[index].1.bias);
+    assert!(!auto.is_found, "{auto:?}");
+    assert!(none.is_found && none.light[0] < 0.0, "{none:?}");
 }

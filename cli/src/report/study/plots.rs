@@ -50,11 +50,12 @@ pub fn price(findings: &Findings<'_>) -> Plot {
     for (index, summary) in &findings.summaries {
         let at = |spp: f64| summary.own_time.at(spp);
         let levels = || summary.levels.iter();
-        let points = levels().map(|it| [at(it.spp as f64), error(it.rel_mse.value)]);
+        let own = |rel_mse: f64| error(summary.own_error * rel_mse);
+        let points = levels().map(|it| [at(it.spp as f64), own(it.rel_mse.value)]);
         let ribbon = levels().map(|it| {
             // On a logarithmic axis an interval that reaches 0 has no lower end.
             let low = it.rel_mse.low.max(0.05 * it.rel_mse.value);
-            [at(it.spp as f64), error(low), error(it.rel_mse.high)]
+            [at(it.spp as f64), own(low), own(it.rel_mse.high)]
         });
         series.extend(law(*index, summary));
         let labels = summary.answers.iter().filter_map(|(target, it)| {
@@ -101,13 +102,15 @@ fn law(index: usize, summary: &Summary) -> Option<Series> {
     let law = summary.law.filter(|_| !summary.bias.is_square_found)?;
     let last = summary.levels.last()?.spp as f64;
     let (target, _) = summary.answers.last()?;
-    let end = ((law.a - (target * target).ln()) / law.b).exp();
+    let rel_mse = target * target / summary.own_error;
+    let end = ((law.a - rel_mse.ln()) / law.b).exp();
     if end <= last {
         return None;
     }
     let at = |step: u32| {
         let spp = last * (end / last).powf(f64::from(step) / f64::from(SEGMENTS));
-        [summary.own_time.at(spp), error(law.at(spp))]
+        let rel_mse = summary.own_error * law.at(spp);
+        [summary.own_time.at(spp), error(rel_mse)]
     };
     let points = (0..=SEGMENTS).map(at).collect();
     Some(Series::new("", Mark::Guide, index, points))

@@ -144,7 +144,7 @@ pub fn bias(findings: &Findings<'_>) -> Table {
 pub fn tenth(findings: &Findings<'_>) -> Table {
     let row = |(_, summary): &(usize, Summary)| {
         let last = summary.levels.last();
-        let now = last.map(|last| last.rel_mse.value.max(0.0).sqrt());
+        let now = last.map(|last| (summary.own_error * last.rel_mse.value.max(0.0)).sqrt());
         vec![
             summary.name.clone(),
             now.map_or("-".to_owned(), percent),

@@ -5,7 +5,7 @@
 //! Source: none needed. Tested in `lab/tests/reports/study_shards.rs`.
 
 use super::super::fit::TimeLaw;
-use super::super::own_size::OwnTime;
+use super::super::own_size::OwnSize;
 use super::super::schedule::Schedule;
 use super::super::settings::StudySettings;
 use etendue::internals::image::atomic::write_text;
@@ -44,7 +44,7 @@ pub struct StudyPlan {
     /// Seconds of each variant by samples ...
     pub warm_up: Vec<TimeLaw>,
     /// ... and at the scene's own size, if the image is smaller.
-    pub own_size: Vec<Option<OwnTime>>,
+    pub own_size: Vec<Option<OwnSize>>,
     /// Warnings to the reader.
     pub warnings: Vec<String>,
 }

@@ -77,6 +77,7 @@ mod session;
 mod state;
 
 pub use accel::{AccelOptions, Backend, Precision, Quality};
+pub use effects::kernel::Kernel;
 pub use error::{Error, ErrorKind, Result};
 pub use film::error_bars::ErrorBars;
 pub use film::filter::FilterSampling;
@@ -90,6 +91,7 @@ pub use integrator::kind::IntegratorKind;
 pub use integrator::light_paths::LightPathShare;
 pub use integrator::reuse::PathReuse;
 pub use integrator::roulette::{ParseRouletteError, Roulette, WeightWindow};
+pub use light::types::LightChoice;
 pub use math::rgb::Rgb;
 pub use math::vec;
 pub use render::auto::{LightPathChoice, PathChoices, PathReuseChoice, Recommendation};
@@ -102,6 +104,7 @@ pub use scene::description;
 pub use scene::footprint::mesh_build_memory;
 pub use scene::{check, load};
 pub use session::{QueryRay, Rendering, Session, SurfaceHit, Work, tracing};
+pub use state::{Shard, State};
 
 /// The parts of the renderer, for the packages of this workspace and for tests: no promise is kept of them.
 #[cfg(feature = "internals")]

@@ -4,7 +4,7 @@
 //! Range: cosines in [0, 1]; refractive indices above 0, of magnitude below 1e9; equal ones reflect nothing; total internal
 //! reflection is 1 exactly. The result is in [0, 1].
 //! Source: Born and Wolf, "Principles of Optics", sections 1.5.2 and 14.2; Schlick 1994. Tested below and in
-//! `battery/fresnel.rs`.
+//! `lab/src/battery/`.
 
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vector;

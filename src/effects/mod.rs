@@ -1,8 +1,8 @@
 //! The effects that a scene can require, sets of them, and the kernels compiled for some sets.
 //!
-//! An effect is on when something in the scene needs it. A kernel is code for a set of effects: it renders any scene that
-//! requires no other, and its results equal bit for bit those of the kernel with all effects. Effects outside the set are
-//! not compiled into it, and their state takes no memory.
+//! An effect is on if the scene or the settings need it. A kernel is code for a set of effects: it renders any scene
+//! that requires no other, and its results equal bit for bit those of the kernel with all effects. Effects outside the
+//! set are not compiled into it, and their state takes no memory.
 //!
 //! Measure: none.
 //! Range: at most 32 effects.

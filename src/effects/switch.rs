@@ -39,9 +39,9 @@ pub trait Slot<T: Copy>: Copy + Debug {
     fn new(make: impl FnOnce() -> T) -> Self;
     /// Returns the value, or `absent` if none is stored.
     fn or(self, absent: T) -> T;
-    /// The value, if one is stored, in its place.
+    /// The value by reference, if one is stored.
     fn get(&self) -> Option<&T>;
-    /// The value, if one is stored, to be changed in its place.
+    /// The value by mutable reference, if one is stored.
     fn get_mut(&mut self) -> Option<&mut T>;
     /// Changes the value, if one is stored.
     fn update(&mut self, change: impl FnOnce(T) -> T);

@@ -56,8 +56,8 @@ impl<const C: usize> Sums<C> {
         parts.flat_map(|part| self.batches.iter().flat_map(move |it| it.parts()[part]))
     }
 
-    /// Adds the samples of which this double, one of [`to_doubles`](Self::to_doubles) of their sums, is a part. The samples
-    /// are those of sums all of whose doubles, but those that are 0, were added.
+    /// Adds one double of the [`to_doubles`](Self::to_doubles) of other sums. Adding all nonzero doubles adds these
+    /// sums.
     #[inline]
     pub fn add_double(&mut self, index: usize, double: f64) {
         let sum = index % (Self::DOUBLES / 2);

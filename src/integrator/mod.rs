@@ -47,7 +47,7 @@ pub struct SampleLanes {
     pub active: ActiveLanes<LANES>,
     /// The camera rays, and the closest hits on them.
     pub packet: RayHitLanes<LANES>,
-    /// The ends of the camera rays, which their hits overwrite in the packet: infinite, but for rays of a caller.
+    /// The `t_max` of the camera rays, which hits overwrite in the packet; finite only for rays of a caller.
     ends: Lanes<f32>,
     /// The estimated radiance along the camera rays.
     radiance: Lanes3,
@@ -202,8 +202,7 @@ pub trait Integrator: Copy + Send + Sync {
         self.radiance::<E, S, O>(scene, sampler, camera_ray, found, rays, observer)
     }
 
-    /// The number of pixels that share their paths: the estimate of a sample then depends on those of its packet, all of
-    /// which have to be taken.
+    /// The number of pixels that share their paths; above one, the samples of a packet have to be estimated together.
     #[inline]
     fn reuse(&self) -> PathReuse {
         PathReuse::Off

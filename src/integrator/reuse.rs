@@ -41,8 +41,8 @@ impl PathReuse {
         self != Self::Off
     }
 
-    /// The distance of neighbouring pixels of a packet, in pixels. Packets are interleaved where paths are shared: noise
-    /// that is alike in every other pixel looks like noise, in adjacent ones like blocks.
+    /// The distance of neighbouring pixels of a packet, in pixels. Packets are interleaved where paths are shared:
+    /// correlated noise of adjacent pixels would be visible as blocks.
     #[inline]
     pub fn stride(self) -> u32 {
         if self.is_on() { 2 } else { 1 }

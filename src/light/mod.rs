@@ -105,10 +105,14 @@ impl Light {
 
     /// Whether the light is a surface.
     fn is_surface(&self) -> bool {
-        !matches!(
-            self,
-            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Environment(_)
-        )
+        match self {
+            Self::Triangle(_)
+            | Self::MovingTriangle(_)
+            | Self::Rectangle(_)
+            | Self::Disk(_)
+            | Self::Sphere(_) => true,
+            Self::Point(_) | Self::Spot(_) | Self::Distant(_) | Self::Environment(_) => false,
+        }
     }
 
     /// Samples a direction to a surface for the receiver `p`, with points sampled uniformly by area.

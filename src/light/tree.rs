@@ -56,7 +56,7 @@ struct TreePlace {
     node: u32,
 }
 
-/// The children of all nodes. Sixteen can be read from each on.
+/// The children of all nodes, padded for reads of sixteen.
 #[derive(Debug, Clone, Default)]
 struct Slots {
     /// The numbers of the bounds.
@@ -70,7 +70,7 @@ struct Selected {
     index: usize,
     /// Its probability.
     share: f64,
-    /// The random number's place in it, in [0, 1).
+    /// The random number, rescaled to [0, 1).
     rest: f64,
 }
 

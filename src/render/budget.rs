@@ -51,7 +51,7 @@ pub struct PassPlanner {
     pace: Option<f64>,
     /// The samples per pixel at which the error is estimated next.
     next_look: u64,
-    /// All looks. Their samples are the evenly distributed ones that those of the render are worth.
+    /// All estimates of the error, at equivalent counts of evenly distributed samples.
     looks: Vec<Look>,
     /// The properties of the image that a forecast needs.
     forecast_input: ForecastInput,

@@ -74,8 +74,7 @@ pub fn cache_prepass(
             }
         }
     }
-    // The end of the prepass is where an observer's time before the first sample ends. Whether the render goes on is asked
-    // again before its first tile.
+    // Reports the end of the prepass. Cancellation is checked again before the first tile.
     watch(1.0, cache.records().len());
     (Some(cache), rays)
 }

@@ -28,7 +28,7 @@ const SIGMAS: f64 = 2.0;
 /// The number of standard errors for the alarm that an error rises, which keeps the render from ending.
 const ALARMED: f64 = 3.0;
 
-/// A look at a render: an estimate of its error after a number of samples.
+/// An estimate of a render's error after a number of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Look {
     /// Samples per pixel.

@@ -1,6 +1,6 @@
 //! Render options of a user, which take precedence over the scene's own keys, and these over the defaults.
 //!
-//! Measure: as in `settings.rs`.
+//! Measure: as in `settings/`.
 //! Range: a value out of its range is an error that names the option, or the scene's line.
 //! Source: design of the command line. Tested below, in `cli/tests/command/render.rs` and
 //! `cli/tests/command/bad_input.rs`.

@@ -51,7 +51,7 @@ pub struct Rendered {
     pub predicted: Option<Predicted>,
     /// The looks: estimates of the error during the render.
     pub looks: Vec<Look>,
-    /// The plan of the next look.
+    /// The state of the planner.
     pub planner: Option<PlannerState>,
     /// The irradiance cache, if there is one.
     pub cache: Option<IrradianceCache>,

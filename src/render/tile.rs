@@ -29,8 +29,8 @@ const MAX_WEIGHT: f32 = 16.0;
 pub enum SampleRange {
     /// The range of every pixel.
     Same(Range<u64>),
-    /// The index of each pixel's first sample in the film, and the count that it is to have there. The range begins
-    /// after the samples that the pixel has.
+    /// The index of each pixel's first sample, and its target count in the film. The range begins after the samples
+    /// that it has.
     Each {
         /// The index of the first sample.
         firsts: Vec<u64>,

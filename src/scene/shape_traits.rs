@@ -21,7 +21,7 @@ impl ShapeTraits {
     pub const IS_TEXTURED: u32 = 1 << 4;
     /// Its material has an opacity below 1 anywhere.
     pub const HAS_ALPHA: u32 = 1 << 5;
-    /// Its material has a normal map.
+    /// Its material tilts normals.
     pub const HAS_NORMAL_MAP: u32 = 1 << 6;
 
     /// Whether the shape has a trait.

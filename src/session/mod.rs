@@ -134,12 +134,14 @@ impl Session {
         &self.description
     }
 
-    /// The reconstruction filter.
+    /// The reconstruction filter, for the packages of this workspace.
+    #[doc(hidden)]
     pub fn filter(&self) -> &Filter {
         &self.filter
     }
 
-    /// The prepared scene.
+    /// The prepared scene, for the packages of this workspace.
+    #[doc(hidden)]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }

@@ -102,8 +102,7 @@ impl LightPaths {
         self.share != LightPathShare::None
     }
 
-    /// The number of light paths for each camera path, over the density per pixel of area with which a camera path is on
-    /// the film.
+    /// The expected number of light paths for one sample of every pixel.
     #[inline]
     pub fn over_film_density(self) -> f32 {
         self.share.number() * self.pixels as f32

@@ -44,16 +44,24 @@ impl LightPathFirstRay {
             let two_sided = of_light.is_two_sided();
             targets.redirect(&mut sample, two_sided, u_target, numbers, around);
             let EmissionSample { end, direction, .. } = sample;
-            let is_emitted = match (&end, of_light) {
-                (ShadowRayEnd::Surface(point, _), _) => {
-                    let cos = direction.dot(point.ng);
-                    cos > 0.0 || two_sided && cos < 0.0
-                }
-                (_, Light::Spot(spot)) => {
+            let is_emitted = match of_light {
+                Light::Spot(spot) => {
                     sample.radiance = spot.intensity(direction);
                     !sample.radiance.is_black()
                 }
-                _ => true,
+                // Point lights are uniform, and rays from infinity keep their direction.
+                Light::Point(_) | Light::Distant(_) | Light::Environment(_) => true,
+                Light::Triangle(_)
+                | Light::MovingTriangle(_)
+                | Light::Rectangle(_)
+                | Light::Disk(_)
+                | Light::Sphere(_) => match &end {
+                    ShadowRayEnd::Surface(point, _) => {
+                        let cos = direction.dot(point.ng);
+                        cos > 0.0 || two_sided && cos < 0.0
+                    }
+                    _ => true,
+                },
             };
             if !is_emitted {
                 return None;

@@ -40,13 +40,13 @@ pub struct PathBlock<E: Effects> {
     /// the survival probability: transmission divides the throughput by eta^2 on the way into glass and restores it on
     /// the way out, which is no reason to end a path.
     pub eta_scale: State<E::Transmission, Lanes<f32>>,
-    /// The densities with which light paths find the same paths, over those of the paths, up to the factor of the
-    /// density of the light path's first ray; zero on camera rays.
+    /// The ratios of the densities of light paths and of these paths, without that of the light path's first ray; zero
+    /// on camera rays.
     light_path_ratio: State<E::LightPaths, Lanes<f32>>,
     /// The points of the last scattering events, and their normals as receivers of light.
     from: Lanes3,
     from_normal: State<E::ManyLights, Lanes3>,
-    /// The densities of their directions; infinite from the camera and from delta lobes.
+    /// The BSDF densities of the current rays; infinite on camera rays and after delta lobes.
     pdf: Lanes<f32>,
     /// The lights that were last chosen by light sampling.
     chosen: Lanes<u32>,
@@ -78,7 +78,7 @@ impl<E: Effects> Default for PathBlock<E> {
 }
 
 impl<E: Effects> PathBlock<E> {
-    /// Begins sixteen paths with the camera rays of samples, whose first index in the wavefront is given.
+    /// Begins the paths of sixteen samples, of which the first has the index `first` in the wavefront.
     fn begin(&mut self, first: usize, samples: &SampleLanes) {
         let zero = [0.0; LANES];
         self.active = samples.active;
@@ -322,7 +322,7 @@ impl<E: Effects> Default for PathBlocks<E> {
 }
 
 impl<E: Effects> PathBlocks<E> {
-    /// Begins a path for each sample. Those of a full packet begin together, where a block begins.
+    /// Begins a path for each sample. A full packet at the start of a block is copied as a whole.
     pub fn begin(&mut self, samples: &[SampleLanes]) {
         let mut count = 0;
         for (packet, samples) in samples.iter().enumerate() {

@@ -3,7 +3,7 @@
 //!
 //! Measure: none.
 //! Range: one path at a time, by any technique; roulette may end it before.
-//! Source: the stages of [`follow`](PathIntegrator::follow). Tested in `tests/rendering/irradiance_cache.rs`.
+//! Source: the stages of `trace_wavefront`. Tested in `tests/rendering/irradiance_cache.rs`.
 
 use super::super::indirect::Indirect;
 use super::super::observer::NullPathObserver;

@@ -17,8 +17,8 @@
 //! Measure: radiance; densities per steradian.
 //! Range: any scene that needs no effect beyond `E`; without a bounce limit a path ends by absorption, by leaving the
 //! scene, or by roulette.
-//! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `battery/`, `tests/scattering/furnace.rs`,
-//! `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
+//! Source: Kajiya 1986; Veach 1997, sections 8.3, 9.2 and 10.4.1. Tested in `lab/src/battery/`,
+//! `tests/scattering/furnace.rs`, `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
 
 pub mod block;
 mod direct_light;

@@ -1,4 +1,4 @@
-//! Path reuse between the pixels of a group: light that arrives at one path's second surface is taken by every pixel.
+//! Path reuse between the pixels of a group: each pixel is connected to the second surface of every path.
 //!
 //! Let x_k be the surface that pixel k of a group sees, and y_j the next surface of pixel j's path, both matte. If p_k is
 //! the density with which the path of pixel k is scattered, in directions,
@@ -55,7 +55,7 @@ struct SharedPaths<E: Effects> {
     paths: ActiveLanes<LANES>,
     /// The light that a shared path has found up to its second surface, for its own pixel alone.
     own: Lanes3,
-    /// The factors of the light that is found from there on, for each path and each pixel.
+    /// The weight in each pixel, for each path, of the light found beyond its second surface.
     factors: [Lanes3; LANES],
 }
 
@@ -89,11 +89,11 @@ impl<E: Effects> Default for ReuseScratch<E> {
     }
 }
 
-/// The couplings of sixteen pixels to one second surface.
+/// The connections of sixteen pixels to a second surface.
 #[repr(align(64))]
 #[derive(Debug, Default)]
 struct Connections {
-    /// The densities by which the pixels find the surface, if nothing occludes it; zero where one cannot.
+    /// The densities g_k of the surface without visibility; zero where a pixel cannot find it.
     density: Lanes<f32>,
     /// The factors f |cos| |cos| / r^2 of the radiance that the surface reflects.
     factor: Lanes3,
@@ -268,7 +268,7 @@ impl<E: Effects> SharedPaths<E> {
 }
 
 vectorised! {
-    /// The couplings of the pixels to a second surface.
+    /// Evaluates the connections of the pixels to a second surface.
     fn evaluate_connections<E: Effects>(
         pixels: &ActiveLanes<LANES>,
         first: &InteractionLanes<E>,

@@ -102,7 +102,7 @@ pub struct ScatteringLanes {
     /// The factors of the throughputs, and the densities: infinite for delta lobes.
     pub weight: Lanes3,
     pub pdf: Lanes<f32>,
-    /// Whether the direction goes through the surface, and the squared ratio of the refractive indices then.
+    /// Whether the direction is transmitted, and eta^2 if it is.
     pub is_transmitted: Lanes<u32>,
     pub eta2: Lanes<f32>,
     /// The lobes of samples; diffuse for diffuse surfaces.
@@ -176,7 +176,7 @@ pub struct PrincipledStage {
     /// The lanes that have one.
     pub active: ActiveLanes<LANES>,
     pub bsdfs: PrincipledLanes,
-    /// The directions to the origins of the rays and to the light samples, in the shading frames.
+    /// The directions `wo`, and those to the light samples, in the shading frames.
     pub wo: Lanes3,
     pub to_light: Lanes3,
     pub sampled: SampledLanes,

@@ -72,8 +72,8 @@ impl PixelGroup {
     /// The samples per share at which the mean over these pixels is `level`: pixels that have more from the pilot than
     /// their share leave less to the others.
     ///
-    /// It is the least of the rates at which some of the pixels alone, those with the largest shares, take what the
-    /// pilot of the others leaves. Each of these never falls as the level rises, even where it is rounded.
+    /// It is the least, over all k, of the rates at which the k largest shares alone take what the pilot of the others
+    /// leaves. No rate falls as the level rises, even rounded.
     fn rate(&self, pilot: u64, level: u64) -> f64 {
         let spare = level.saturating_sub(pilot) as f64 * self.pixels.len() as f64;
         let takers = (1_u64..).zip(&self.largest);

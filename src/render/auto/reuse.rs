@@ -33,7 +33,7 @@ const SPP: u64 = 8;
 /// The seed of the pilots.
 const SEED: u64 = 0x7265_7573_6500;
 
-/// The gain in a pilot from which on paths are shared: the noise of neighbours is alike then, which has to pay.
+/// The least gain in a pilot for which paths are shared, since sharing correlates the noise of neighbours.
 const MIN_GAIN: f64 = 1.25;
 
 /// The cost of a shadow ray that shares a path, relative to that of a ray of a path: up to sixteen go to one point as a

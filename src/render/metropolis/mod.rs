@@ -106,8 +106,8 @@ pub fn batches() -> impl ParallelIterator<Item = u64> {
 }
 
 impl ChainContext<'_> {
-    /// Runs one pass of a batch: `steps` steps with the random numbers of `seed`. `walked` is called with the number of
-    /// steps of each chain.
+    /// Runs `steps` steps of a batch in rounds, with the random numbers of `seed`. `walked` is called with the number
+    /// of steps of each chain.
     pub fn batch(&self, batch: u64, seed: u64, steps: u64, walked: &(dyn Fn(u64) + Sync)) -> Tally {
         let seed = hash::combine(seed, batch);
         let mut tally = Tally::default();

@@ -55,8 +55,7 @@ impl RenderSettings {
         limits.into_iter().flatten().min()
     }
 
-    /// The number of which sample counts are rounded up to a multiple: that of the batches where these are compared one
-    /// by one or are all that there is, otherwise 1.
+    /// The step of sample counts: the number of batches where each needs equally many samples, otherwise 1.
     pub fn least_samples(&self) -> u64 {
         let in_whole_rounds = self.layers
             || self.budget.error.is_some()

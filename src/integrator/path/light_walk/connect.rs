@@ -153,7 +153,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
     }
 
-    /// A point of the lens as seen from the point `p`, if it shows that on the film.
+    /// Samples a point of the lens for `p`; `None` if `p` is not on the film.
     fn lens_seen_from<E: Effects, S: Sampler>(
         &self,
         wavefront: &mut PathWavefront<'_, S, NullPathObserver>,

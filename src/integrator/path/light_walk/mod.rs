@@ -27,7 +27,7 @@ use crate::sampler::{Decision, LaneStates, Sampler};
 use crate::scene::interaction::Interaction;
 use crate::scene::{Scene, ShapeTraits};
 
-/// The first ray of a light path, and what its weights need of the first surface.
+/// The first ray of a light path, and the light sampling densities for its MIS weights.
 #[derive(Debug, Clone, Copy)]
 pub struct LightPathStart {
     first_ray: LightPathFirstRay,
@@ -183,8 +183,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
     }
 
-    /// The density with which light sampling at a receiver finds the source of a light path; that at the first surface as the
-    /// path has arrived there, if there is none.
+    /// The density of light sampling at a receiver for the source of a light path; without a receiver, that at the
+    /// first surface as seen from the light.
     fn density_of_nee<E: Effects>(
         &self,
         scene: &Scene,

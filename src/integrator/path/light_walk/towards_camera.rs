@@ -27,12 +27,11 @@ pub(super) struct TowardsCamera {
     pub pdf_to_light: Lanes<f32>,
     /// The lanes where the light goes through the surface.
     pub is_transmitted: ActiveLanes<LANES>,
-    /// The surfaces as receivers of light, as seen from the camera, in the lanes where they are seen differently from
-    /// there.
+    /// The receivers as seen from the camera, in the lanes that are computed one by one.
     pub receivers: Lanes<Option<Receiver>>,
 }
 
-/// The vertex of a lane, for what is not computed in lanes.
+/// The subpath vertex of a lane, for scalar code.
 pub(super) fn vertex<'a, E: Effects>(
     scene: &'a Scene,
     at: &InteractionLanes<E>,

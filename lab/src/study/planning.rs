@@ -24,7 +24,11 @@ use std::time::{Duration, Instant};
 const MAX_MEMORY: u64 = 4 << 30;
 
 /// The share of the budget for measuring the cost of renders, and its maximum in seconds, over all variants.
-const WARM_UP: (f64, f64) = (0.05, 10.0);
+const WARM_UP: (f64, f64) = (0.04, 8.0);
+
+/// The share and the maximum where a smaller image may be studied: errors of the own size are estimated as well, which
+/// takes about eight samples of each pixel.
+const WARM_UP_OF_OWN_SIZE: (f64, f64) = (0.1, 20.0);
 
 /// The number of doublings of the samples below which a smaller image is studied.
 const MIN_DOUBLINGS: usize = 8;
@@ -82,15 +86,20 @@ impl Study<'_> {
         &mut self,
         watch: &StudyClock<'_>,
     ) -> Result<Option<(MeasuredCosts, Schedule)>> {
-        let Some(mut costs) = self.warm_up(watch)? else {
+        let may_shrink = self.settings.may_shrink && self.settings.schedule.is_none();
+        let share = match may_shrink {
+            true => WARM_UP_OF_OWN_SIZE,
+            false => WARM_UP,
+        };
+        let Some(mut costs) = self.warm_up(share, watch)? else {
             return Ok(None);
         };
-        if self.settings.may_shrink && self.settings.schedule.is_none() {
+        if may_shrink {
             let size = costs.fitting_size(self.prepared.size(), watch.left(), self.settings.shards);
             if size != self.prepared.size() {
                 let full = self.prepared.size();
                 self.shrink(size);
-                let Some(again) = self.warm_up(watch)? else {
+                let Some(again) = self.warm_up(WARM_UP, watch)? else {
                     return Ok(None);
                 };
                 let pixels = |(width, height)| f64::from(width) * f64::from(height);
@@ -125,13 +134,17 @@ impl Study<'_> {
         self.report.size = size;
     }
 
-    /// Measures the cost of each variant and of the reference. The first render of each warms up the caches and is
-    /// discarded.
-    fn warm_up(&mut self, watch: &StudyClock<'_>) -> Result<Option<MeasuredCosts>> {
+    /// Measures the cost of each variant and of the reference, in this share of the budget and at most so many seconds. The
+    /// first render of each warms up the caches and is discarded.
+    fn warm_up(
+        &mut self,
+        (share, most): (f64, f64),
+        watch: &StudyClock<'_>,
+    ) -> Result<Option<MeasuredCosts>> {
         let reference = self.reference_variant();
         let variants = self.settings.variants.iter().chain([&reference]);
-        let share = WARM_UP.0 * self.settings.budget;
-        let each = share.min(WARM_UP.1) / (self.settings.variants.len() + 1) as f64;
+        let seconds = (share * self.settings.budget).min(most);
+        let each = seconds / (self.settings.variants.len() + 1) as f64;
         let (mut laws, mut all_points, mut all_looks) = (Vec::new(), Vec::new(), Vec::new());
         let mut comparison = 0.0;
         for (index, variant) in variants.enumerate() {

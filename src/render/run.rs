@@ -107,20 +107,10 @@ impl<'a> Run<'a> {
         let mut checkpoints = Checkpoints::new(self.observer.checkpoint_interval(), self.start);
         let mut estimates = Estimates::new(self.start);
         let mut is_reached = false;
-        // Checkpoints end passes early: a pilot ends after counts that do not depend on these, unless time decides.
-        let may_end_pilot = |planner: &PassPlanner| {
-            settings.budget.time.is_some()
-                || planner.is_look_due()
-                || planner.spp() >= settings.budget.pilot() && settings.budget.error.is_none()
-        };
-        // A pilot is a share of the render's own samples, also where it is rendered in several parts.
-        let used = |planner: &PassPlanner| match settings.budget.only_samples() {
-            Some(spp) => planner.spp() as f64 / spp as f64,
-            None => planner.fraction(planner.spp() as f64, self.start.elapsed()),
-        };
         // The state that a render continues from may be a whole pilot.
-        if planner.spp() > 0 && may_end_pilot(&planner) {
-            allocator.pass_done(&rendered.film, planner.spp(), used(&planner));
+        if planner.spp() > 0 && self.may_end_pilot(&planner) {
+            let used = self.budget_fraction(&planner);
+            allocator.pass_done(&rendered.film, planner.spp(), used);
         }
         while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.left()) {
             let samples = match allocator.is_in_pilot() {
@@ -147,14 +137,14 @@ impl<'a> Run<'a> {
             }
             planner.pass_done(samples);
             self.observer.pass(film);
-            let may_end_pilot = may_end_pilot(&planner);
+            let may_end_pilot = self.may_end_pilot(&planner);
             if planner.is_look_due() || estimates.are_due() {
                 let begun = Instant::now();
                 self.estimate(film, &mut planner, &allocator, &mut shown);
                 estimates.made(begun);
             }
             if may_end_pilot {
-                allocator.pass_done(film, planner.spp(), used(&planner));
+                allocator.pass_done(film, planner.spp(), self.budget_fraction(&planner));
             }
             if checkpoints.is_due() {
                 self.record(rendered, &planner, &allocator);
@@ -169,6 +159,24 @@ impl<'a> Run<'a> {
             || planner.is_reached()
             || (!rendered.cancelled && planner.target().is_some_and(|it| rendered.meets(it)));
         rendered.predicted = shown.predicted;
+    }
+
+    /// Whether a pilot may end after the samples so far. Checkpoints end passes early: a pilot ends after counts that do not
+    /// depend on these, unless time decides.
+    fn may_end_pilot(&self, planner: &PassPlanner) -> bool {
+        let budget = self.settings.budget;
+        budget.time.is_some()
+            || planner.is_look_due()
+            || planner.spp() >= budget.pilot() && budget.error.is_none()
+    }
+
+    /// The share of the budget that is used up. A pilot is a share of the render's own samples, also where it is rendered in
+    /// several parts.
+    fn budget_fraction(&self, planner: &PassPlanner) -> f64 {
+        match self.settings.budget.only_samples() {
+            Some(spp) => planner.spp() as f64 / spp as f64,
+            None => planner.fraction(planner.spp() as f64, self.start.elapsed()),
+        }
     }
 
     /// Estimates the error for display and, if it is due, for the planner.

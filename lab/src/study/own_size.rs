@@ -73,8 +73,8 @@ impl OwnError {
     }
 }
 
-/// The times of all variants, with the errors of the smaller image, from (samples, seconds) of renders at the own size, the laws of the smaller image, and the
-/// number of pixels over that of the smaller image.
+/// The times of all variants, with the errors of the smaller image, from (samples, seconds) of renders at the own size,
+/// the laws of the smaller image, and the number of pixels over that of the smaller image.
 pub fn own_times(own: &[Vec<[f64; 2]>], small: &[TimeLaw], share: f64) -> Vec<OwnSize> {
     // A start that does not grow with the image, such as that of threads, may not exceed what was measured.
     let expected = |(points, law): (&Vec<[f64; 2]>, &TimeLaw)| {

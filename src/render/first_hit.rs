@@ -224,7 +224,7 @@ impl FirstHitJob<'_> {
     }
 
     fn albedo(&self, at: &Interaction<Everything>, sampler: &mut AnySampler) -> Rgb {
-        let Some(bsdf) = self.scene.bsdf(at) else {
+        let Some(bsdf) = self.scene.bsdf_of_side(at) else {
             return Rgb::BLACK;
         };
         let wo = at.frame.to_local(at.wo);

@@ -148,10 +148,10 @@ impl Scene {
         &self.materials[self.shapes[id.shape as usize].material as usize]
     }
 
-    /// Returns the BSDF at an interaction; `None` if the surface absorbs everything.
+    /// Returns the BSDF of the side that is seen; `None` if that side absorbs everything.
     #[inline]
-    pub fn bsdf<E: Effects>(&self, at: &Interaction<E>) -> Option<Cow<'_, Bsdf>> {
-        (!self.is_absorbing_side::<E>(at)).then(|| self.surface::<E>(at))
+    pub fn bsdf_of_side<E: Effects>(&self, at: &Interaction<E>) -> Option<Cow<'_, Bsdf>> {
+        (!self.is_absorbing_side::<E>(at)).then(|| self.bsdf::<E>(at))
     }
 
     /// Whether an interaction is on the back of a one-sided surface.
@@ -162,7 +162,7 @@ impl Scene {
 
     /// Returns the BSDF at an interaction, whichever side is seen.
     #[inline]
-    pub fn surface<E: Effects>(&self, at: &Interaction<E>) -> Cow<'_, Bsdf> {
+    pub fn bsdf<E: Effects>(&self, at: &Interaction<E>) -> Cow<'_, Bsdf> {
         self.material(at.id).bsdf::<E>(at.uv.or(Vec2::ZERO))
     }
 }

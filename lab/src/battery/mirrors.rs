@@ -74,7 +74,7 @@ fn follow(scene: &Scene, mut ray: Ray) -> Option<(Vec3, u32)> {
         let Some(at) = scene.intersect::<Everything>(&ray, 0.0, excluded, 0.5) else {
             return Some((ray.dir, bounces));
         };
-        let bsdf = scene.bsdf(&at)?;
+        let bsdf = scene.bsdf_of_side(&at)?;
         let wo = at.frame.to_local(at.wo);
         let sample = bsdf.sample::<Everything>(wo, 0.5, Vec2::splat(0.5))?;
         let wi = at.frame.to_world(sample.wi);

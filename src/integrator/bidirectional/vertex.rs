@@ -106,7 +106,7 @@ impl<'a, E: Effects> SubpathVertex<'a, E> {
         u: [f32; 4],
     ) -> Self {
         Self {
-            bsdf: scene.surface(&at),
+            bsdf: scene.bsdf(&at),
             transmits: scene.material(at.id).transmits(),
             at,
             beta,

@@ -48,7 +48,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             self.add_emission(&mut wavefront, block, stage);
             if block.active.any() {
                 let at: Interaction<E> = stage.at.get(0);
-                found = find(&at, &scene.surface(&at), wavefront.bounce);
+                found = find(&at, &scene.bsdf(&at), wavefront.bounce);
                 if found.is_some() {
                     break;
                 }

@@ -292,7 +292,7 @@ fn reverse_density<E: Effects>(
     let lit = facing(at, lane, wi);
     let seen: Interaction<E> = at.get(lane);
     let [from, to] = [wi, seen.wo].map(|w| lit.frame.to_local(w));
-    scene.surface(&seen).eval::<E>(from, to).pdf.0
+    scene.bsdf(&seen).eval::<E>(from, to).pdf.0
 }
 
 vectorised! {

@@ -296,7 +296,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let is_limited = self.max_bounces.is_some();
         for lane in block.active.each() {
             let at: Interaction<E> = stage.at.get(lane);
-            let bsdf = wavefront.scene.surface(&at);
+            let bsdf = wavefront.scene.bsdf(&at);
             let reflected = self
                 .indirect
                 .reflected(&at, &bsdf, wavefront.bounce, is_limited);

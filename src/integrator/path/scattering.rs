@@ -69,7 +69,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
         for lane in bsdfs.scalar_lanes.each() {
             let at: Interaction<E> = at.get(lane);
-            let bsdf = scene.surface(&at);
+            let bsdf = scene.bsdf(&at);
             let bound = bsdf.seen_from::<E>(at.frame.to_local(at.wo));
             if lit.has(lane) {
                 let wi = at.frame.to_local(load(&direct_light.samples.wi, lane));

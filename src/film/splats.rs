@@ -62,7 +62,7 @@ impl SplatList<'_> {
 pub struct Splats {
     window: Window,
     /// The number of samples so far, of each batch.
-    paths: [AtomicU64; BATCHES as usize],
+    samples: [AtomicU64; BATCHES as usize],
     /// Pixels row by row, each with its batches.
     rows: Vec<Mutex<Vec<PixelSums>>>,
 }
@@ -72,7 +72,7 @@ impl Clone for Splats {
         let rows = (0..self.rows.len()).map(|row| Mutex::new(self.row(row).clone()));
         Self {
             window: self.window,
-            paths: std::array::from_fn(|batch| AtomicU64::new(self.paths_of(batch))),
+            samples: std::array::from_fn(|batch| AtomicU64::new(self.samples_of(batch))),
             rows: rows.collect(),
         }
     }
@@ -87,7 +87,7 @@ impl Splats {
         let row = vec![PixelSums::default(); window.width as usize];
         Self {
             window,
-            paths: std::array::from_fn(|_| AtomicU64::new(0)),
+            samples: std::array::from_fn(|_| AtomicU64::new(0)),
             rows: (0..window.height)
                 .map(|_| Mutex::new(row.clone()))
                 .collect(),
@@ -121,23 +121,23 @@ impl Splats {
     }
 
     /// Counts samples with this index, with or without splats.
-    pub fn add_paths(&self, sample: u64, count: u64) {
-        self.paths[(sample % BATCHES) as usize].fetch_add(count, Ordering::Relaxed);
+    pub fn add_samples(&self, sample: u64, count: u64) {
+        self.samples[(sample % BATCHES) as usize].fetch_add(count, Ordering::Relaxed);
     }
 
     /// The number of samples of all batches; the largest number if there are more.
-    pub fn path_count(&self) -> u64 {
-        let paths = (0..self.paths.len()).map(|batch| self.paths_of(batch));
-        paths.fold(0, u64::saturating_add)
+    pub fn sample_count(&self) -> u64 {
+        let samples = (0..self.samples.len()).map(|batch| self.samples_of(batch));
+        samples.fold(0, u64::saturating_add)
     }
 
     /// The number of samples of each batch.
-    pub fn paths(&self) -> [u64; BATCHES as usize] {
-        std::array::from_fn(|batch| self.paths_of(batch))
+    pub fn samples(&self) -> [u64; BATCHES as usize] {
+        std::array::from_fn(|batch| self.samples_of(batch))
     }
 
-    fn paths_of(&self, batch: usize) -> u64 {
-        self.paths[batch].load(Ordering::Relaxed)
+    fn samples_of(&self, batch: usize) -> u64 {
+        self.samples[batch].load(Ordering::Relaxed)
     }
 
     /// Adds a splat of the sample with this index. May be called by several threads at once.
@@ -165,17 +165,17 @@ impl Splats {
     /// The mean of a pixel of the window over all samples.
     pub fn mean(&self, pixel: usize) -> [f64; 3] {
         let splats = self.pixel(pixel);
-        let paths = self.path_count().max(1) as f64;
+        let samples = self.sample_count().max(1) as f64;
         let values = splats.values();
-        std::array::from_fn(|c| values.iter().map(|batch| batch[c]).sum::<f64>() / paths)
+        std::array::from_fn(|c| values.iter().map(|batch| batch[c]).sum::<f64>() / samples)
     }
 
     /// The means of a pixel over the samples of each batch.
     pub fn batch_means(&self, pixel: usize) -> [[f64; 3]; BATCHES as usize] {
         let values = self.pixel(pixel).values();
         std::array::from_fn(|batch| {
-            let paths = self.paths_of(batch).max(1) as f64;
-            values[batch].map(|sum| sum / paths)
+            let samples = self.samples_of(batch).max(1) as f64;
+            values[batch].map(|sum| sum / samples)
         })
     }
 
@@ -243,8 +243,8 @@ mod tests {
         let [one, other] = [0, 1].map(|_| Splats::new(WINDOW));
         let splats = splats();
         for sample in 0..2000 {
-            one.add_paths(sample, 1);
-            other.add_paths(sample, 1);
+            one.add_samples(sample, 1);
+            other.add_samples(sample, 1);
         }
         for (i, (at, value)) in splats.iter().enumerate() {
             one.add(&filter, i as u64, *at, *value);
@@ -262,7 +262,7 @@ mod tests {
     fn box_filter_splats_to_the_containing_pixel() {
         let filter = filter(FilterKind::Box);
         let all = Splats::new(WINDOW);
-        all.add_paths(0, 10);
+        all.add_samples(0, 10);
         let mut expected = [0.0; 20];
         for (i, (at, value)) in splats().into_iter().enumerate() {
             let (x, y) = (at.x.floor() - 2.0, at.y.floor() - 1.0);
@@ -291,7 +291,7 @@ mod tests {
             let filter = filter(kind);
             let splats = Splats::new(WINDOW);
             const FINE: u32 = 32;
-            splats.add_paths(3, u64::from(FINE * FINE));
+            splats.add_samples(3, u64::from(FINE * FINE));
             for i in 0..12 * FINE {
                 for j in 0..10 * FINE {
                     let at = |i: u32| (i as f32 + 0.5) / FINE as f32 - 2.0;
@@ -314,7 +314,7 @@ mod tests {
         for sample in 0..64 {
             let value = Rgb::grey((sample % BATCHES) as f32);
             splats.add(&filter, sample, Vec2::new(2.5, 1.5), value);
-            splats.add_paths(sample, 1);
+            splats.add_samples(sample, 1);
         }
         let means = splats.batch_means(0);
         assert!((0..BATCHES as usize).all(|batch| means[batch] == [batch as f64; 3]));

@@ -332,7 +332,7 @@ impl<'a> Run<'a> {
         let rounds = planner.spp() / BATCHES..(planner.spp() + samples) / BATCHES;
         // After an interrupted pass, seeds that it has not used.
         let whole = planner.spp().saturating_mul(pixels);
-        let begun = splats.path_count().saturating_sub(whole);
+        let begun = splats.sample_count().saturating_sub(whole);
         let seed = hash::combine(settings.seed, begun);
         metropolis::batches().for_each(|batch| {
             for round in rounds.clone() {

@@ -115,7 +115,7 @@ pub fn strategies(
 
 /// The image of the splats of all samples.
 pub(super) fn image_of(splats: &Splats, window: Window, spp: u64) -> Image {
-    splats.add_paths(0, spp * window.pixel_count());
+    splats.add_samples(0, spp * window.pixel_count());
     let pixels = 0..window.pixel_count() as usize;
     let pixels = pixels.map(|pixel| Rgb::from(splats.mean(pixel).map(|x| x as f32)));
     Image::new(window.width, window.height, pixels.collect())

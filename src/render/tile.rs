@@ -166,7 +166,7 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         self.advance(tile, observer);
         if let (Some(splats), SampleRange::Same(range)) = (self.source.splats, &sample_range) {
             for sample in range.clone() {
-                splats.add_paths(sample, tile.window.pixel_count());
+                splats.add_samples(sample, tile.window.pixel_count());
             }
         }
         match sample_range {

@@ -345,5 +345,5 @@ fn is_cut(rendered: &Rendered) -> bool {
     let pixels = rendered.film.window().pixel_count();
     let whole = rendered.spp.saturating_mul(pixels);
     let splats = rendered.film.splats();
-    splats.is_some_and(|splats| splats.path_count() != whole)
+    splats.is_some_and(|splats| splats.sample_count() != whole)
 }

@@ -121,9 +121,9 @@ pub fn add_to(header: &StateHeader, body: &[u8], film: &mut Film) -> Result<Besi
         splatted.try_for_each(|it| reader.add_sums(it))
     };
     of_tiles.into_par_iter().try_for_each(add)?;
-    if let (Some(splats), Some(paths)) = (splats, header.paths) {
-        for (batch, count) in (0..).zip(paths) {
-            splats.add_paths(batch, count);
+    if let (Some(splats), Some(samples)) = (splats, header.splat_samples) {
+        for (batch, count) in (0..).zip(samples) {
+            splats.add_samples(batch, count);
         }
         let mut of_rows = vec![];
         for row in splats.rows_mut() {

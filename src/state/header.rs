@@ -82,8 +82,9 @@ pub struct StateHeader {
     pub looks: Vec<Look>,
     /// The plan of the next estimate.
     pub planner: Option<PlannerState>,
-    /// The light paths of each batch, if the integrator splats.
-    pub paths: Option<[u64; BATCHES as usize]>,
+    /// The samples of each batch that splats are divided by, if the integrator splats.
+    #[serde(rename = "paths")]
+    pub splat_samples: Option<[u64; BATCHES as usize]>,
     /// The names of the layers.
     pub layers: Vec<String>,
     /// Whether layers are to be written beside the image.
@@ -123,7 +124,7 @@ impl StateHeader {
             rejected: Rejected::default(),
             looks: vec![],
             planner: None,
-            paths: None,
+            splat_samples: None,
             layers: vec![],
             wants_layers: false,
             bias: vec![],
@@ -159,7 +160,7 @@ impl StateHeader {
             rejected: rendered.rejected,
             looks: rendered.looks.clone(),
             planner: rendered.planner,
-            paths: film.splats().map(Splats::paths),
+            splat_samples: film.splats().map(Splats::samples),
             layers: layers.iter().map(|layer| layer.name.clone()).collect(),
             ..self
         }
@@ -192,7 +193,7 @@ impl StateHeader {
             window: self.window,
             tile_size: self.tile_size,
             reach: self.reach,
-            has_splats: self.paths.is_some(),
+            has_splats: self.splat_samples.is_some(),
             has_counts: self.has_counts,
         }
     }
@@ -219,7 +220,7 @@ impl StateHeader {
         let pixels = self.window.pixel_count();
         let tiles = |length: u32| u64::from(length.div_ceil(self.tile_size));
         let sums = self.film_layout().sum_count();
-        let words = u64::from(self.paths.is_some())
+        let words = u64::from(self.splat_samples.is_some())
             + self.layers.len() as u64
             + 4 * u64::from(self.has_counts)
             + 4 * u64::from(self.has_allocation);
@@ -257,7 +258,7 @@ impl StateHeader {
         } = self.rays;
         let mut counts = [camera, closest, shadow, self.rejected.count]
             .into_iter()
-            .chain(self.paths.into_iter().flatten());
+            .chain(self.splat_samples.into_iter().flatten());
         if counts.any(|count| count > MAX_COUNTED)
             || self.spp.is_some_and(|spp| spp > MAX_SPP)
             || self
@@ -270,7 +271,7 @@ impl StateHeader {
                     .to_owned(),
             ));
         }
-        let may_have_counts = self.reach == 0 && self.paths.is_none();
+        let may_have_counts = self.reach == 0 && self.splat_samples.is_none();
         let is_pilot = |pilot: &AdaptivePilot| {
             (1..=MAX_SPP).contains(&pilot.samples) && pilot.samples.is_multiple_of(BATCHES)
         };

@@ -112,7 +112,7 @@ impl Merge {
                     _ => vec![],
                 },
                 planner: None,
-                paths: first.paths.map(|_| Default::default()),
+                splat_samples: first.splat_samples.map(|_| Default::default()),
                 layers: vec![],
                 pilot: self.parts.iter().find_map(|(_, it)| it.pilot.clone()),
                 worth: first.worth.filter(|_| is_alone),
@@ -207,13 +207,13 @@ impl State {
         total.seconds += header.seconds;
         total.rays = total.rays.saturating_add(header.rays);
         total.rejected.merge(header.rejected);
-        for (sum, paths) in total
-            .paths
+        for (sum, samples) in total
+            .splat_samples
             .iter_mut()
             .flatten()
-            .zip(header.paths.into_iter().flatten())
+            .zip(header.splat_samples.into_iter().flatten())
         {
-            *sum = sum.saturating_add(paths);
+            *sum = sum.saturating_add(samples);
         }
         if !layers.is_empty() {
             total.layers.clone_from(&header.layers);

@@ -104,7 +104,7 @@ fn counts_of_paths_and_samples_beyond_reason_are_rejected() {
     let mut state = stage.state(&options);
     let file = stage.file("crafted.etd");
     let mut header = state.header.clone();
-    header.paths = Some([u64::MAX; 4]);
+    header.splat_samples = Some([u64::MAX; 4]);
     write(&state, &header, &file);
     assert!(State::read(&file).is_err());
     header = state.header.clone();
@@ -125,7 +125,7 @@ fn header_with_more_sums_than_its_body_is_rejected_before_allocation() {
     // With a halo of four pixels, small tiles have many more sums than pixels.
     let mut header = state.header.clone();
     (header.window, header.tile_size, header.reach) = (window, 32, 0);
-    (header.done, header.paths) = (vec![], None);
+    (header.done, header.splat_samples) = (vec![], None);
     State::write_parts(&header, &film, &[], None, &file).expect("it is written");
     State::read(&file).expect("a black film");
     header.reach = 4;

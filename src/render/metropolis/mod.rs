@@ -141,7 +141,7 @@ impl ChainContext<'_> {
                 bootstrap: &bootstrap,
             };
             let (own_steps, tally) = run_matte_or_everything(self.kernel, job);
-            self.splats.add_paths(batch, own_steps);
+            self.splats.add_samples(batch, own_steps);
             walked(own_steps);
             tally
         });

@@ -58,11 +58,11 @@ impl Film {
     fn splatted_means(&self, index: usize) -> BatchMeans {
         let (home, _) = self.locate(index);
         let (width, step) = (self.window.width as usize, self.tile_size as usize);
-        let reach = self.reach as usize;
+        let border_size = self.border_size as usize;
         let across = width.div_ceil(step);
         let near = |at: usize, tiles: usize| {
-            let last = (at + reach) / step;
-            at.saturating_sub(reach) / step..(last + 1).min(tiles)
+            let last = (at + border_size) / step;
+            at.saturating_sub(border_size) / step..(last + 1).min(tiles)
         };
         let (x, y) = (index % width, index / width);
         let pixel = [

@@ -8,7 +8,7 @@
 //! **The bound.** It starts from an estimate that is not corrected for the noise of r, which lies above E on average.
 //! e_even and e_odd of a block of pixels estimate the same value from different samples. Their differences give the
 //! variance of E without a model of how the error varies over the image, and blocks contain the correlation of
-//! neighbours, also of those that share samples: blocks grow with the reach of a sample. The squared error of this one
+//! neighbours, also of those that share samples: blocks grow with the border size. The squared error of this one
 //! image varies about its expectation with twice the variance of the halves' mean, if pixels are normal, and less where
 //! few bright samples dominate, which are in both x and v. Together: 3/4 of the sum of squared differences. A sample that
 //! is there by chance adds a term that neither half can estimate; [`CHANCE`] times the largest of these terms widens the

@@ -87,7 +87,7 @@ impl Film {
     /// Computes the error bars of all pixels.
     pub fn error_bars(&self) -> ErrorBars {
         let pixels = Pixels::of(self);
-        let shared = 2 * self.reach as usize;
+        let shared = 2 * self.border_size as usize;
         let own = [
             &pixels.variances[0],
             &pixels.variances[1],
@@ -302,8 +302,8 @@ mod tests {
                 let [x, ..] = pixel.to_array();
                 let [se, ..] = bars.standard_errors.pixels()[index].to_array();
                 for (held, probability) in held.iter_mut().zip([0.5, 0.8, 0.95, 0.99]) {
-                    let reach = bars.quantile(index, probability) * f64::from(se);
-                    *held += u32::from((f64::from(x) - 1.0).abs() <= reach);
+                    let half_width = bars.quantile(index, probability) * f64::from(se);
+                    *held += u32::from((f64::from(x) - 1.0).abs() <= half_width);
                 }
             }
         }

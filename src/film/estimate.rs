@@ -70,12 +70,12 @@ impl Film {
         f64::from(uncertain) / f64::from(lit.max(1))
     }
 
-    /// The pixels around a pixel, at most `reach` rows and columns away, without the pixel itself.
-    pub fn around(&self, index: usize, reach: usize) -> impl Iterator<Item = usize> + use<> {
+    /// The pixels around a pixel, at most `radius` rows and columns away, without the pixel itself.
+    pub fn around(&self, index: usize, radius: usize) -> impl Iterator<Item = usize> + use<> {
         let (width, height) = (self.window.width as usize, self.window.height as usize);
         let (x, y) = (index % width, index / width);
-        let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
-        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+        let rows = y.saturating_sub(radius)..(y + radius + 1).min(height);
+        let columns = x.saturating_sub(radius)..(x + radius + 1).min(width);
         rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
             .filter(move |&other| other != index)
     }

@@ -12,38 +12,38 @@
 //! Source: Pharr, Jakob and Humphreys, "Physically Based Rendering", section 7.8; the shapes are those of `filter.rs`. Tested
 //! below and in `tests/rendering/filters.rs`.
 
-/// The largest reach of a footprint, in pixels: sums are kept for as many pixels around each tile.
-pub const MAX_REACH: u32 = 4;
+/// The largest border size of a footprint, in pixels: sums are kept for as many pixels around each tile.
+pub const MAX_BORDER_SIZE: u32 = 4;
 
 /// The number of weights along an axis of the largest footprint.
-const MAX_WEIGHTS: usize = 2 * MAX_REACH as usize + 1;
+const MAX_WEIGHTS: usize = 2 * MAX_BORDER_SIZE as usize + 1;
 
 /// The number of cells of the table over a pixel's width. Interpolation differs from a Gaussian by 2 * 10^-6 of its peak.
 const CELLS: usize = 512;
 
-/// The weights along one axis, from the pixel `reach` before that of the sample to the one `reach` behind it.
+/// The weights along one axis, from the pixel `border_size` before that of the sample to the one `border_size` behind it.
 pub type AxisWeights = [f32; MAX_WEIGHTS];
 
 /// A table of the weights along one axis.
 #[derive(Debug, Clone)]
 pub struct Footprint {
-    reach: u32,
+    border_size: u32,
     /// The weights at the ends of the cells.
     nodes: Vec<AxisWeights>,
 }
 
 impl Footprint {
     /// The footprint of a filter with this radius and this profile along an axis, as a function of the distance from the
-    /// centre in pixels; `None` if its reach is too large, or if it does not reach beyond its own pixel.
+    /// centre in pixels; `None` if the border size is too large, or if it does not reach beyond its own pixel.
     pub fn new(radius: f64, profile: impl Fn(f64) -> f64) -> Option<Self> {
-        let reach = (radius - 0.5).ceil();
-        if !(1.0..=f64::from(MAX_REACH)).contains(&reach) {
+        let border_size = (radius - 0.5).ceil();
+        if !(1.0..=f64::from(MAX_BORDER_SIZE)).contains(&border_size) {
             return None;
         }
-        let count = 2 * reach as usize + 1;
+        let count = 2 * border_size as usize + 1;
         let weights = |node: usize| -> Vec<f64> {
             let offset = node as f64 / CELLS as f64 - 0.5;
-            let pixels = (0..count).map(|k| k as f64 - reach);
+            let pixels = (0..count).map(|k| k as f64 - border_size);
             pixels.map(|pixel| profile(offset - pixel)).collect()
         };
         let nodes: Vec<Vec<f64>> = (0..=CELLS).map(weights).collect();
@@ -59,17 +59,17 @@ impl Footprint {
             node
         };
         Some(Self {
-            reach: reach as u32,
+            border_size: border_size as u32,
             nodes: nodes.iter().map(node).collect(),
         })
     }
 
     /// The number of pixels on either side of a sample's own that it contributes to.
-    pub fn reach(&self) -> u32 {
-        self.reach
+    pub fn border_size(&self) -> u32 {
+        self.border_size
     }
 
-    /// The weights at a position along an axis; those beyond the reach are 0.
+    /// The weights at a position along an axis; those further from the pixel than the border size are 0.
     #[inline(always)]
     pub fn along_axis(&self, position: f32) -> AxisWeights {
         let at = position * CELLS as f32;
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn unit_tent_footprint_has_linear_interpolation_weights() {
         let footprint = Footprint::new(1.0, tent(1.0)).expect("it reaches the next pixel");
-        assert_eq!(footprint.reach(), 1);
+        assert_eq!(footprint.border_size(), 1);
         for (position, expected) in [
             (0.5, [0.0, 1.0, 0.0]),
             (0.25, [0.25, 0.75, 0.0]),

@@ -20,7 +20,7 @@ pub struct FilmLayout {
     /// The edge of a tile, in pixels.
     pub tile_size: u32,
     /// The number of pixels on either side of a sample's own that it contributes to.
-    pub reach: u32,
+    pub border_size: u32,
     /// Whether there are sums of the splats of light paths.
     pub has_splats: bool,
     /// Whether each pixel has a count of samples and of rays.
@@ -28,14 +28,14 @@ pub struct FilmLayout {
 }
 
 impl FilmLayout {
-    /// The number of pixels that the tiles have sums of: with a reach, each tile has those of its halo, too.
+    /// The number of pixels that the tiles have sums of: with a border, each tile has those of its halo, too.
     pub fn sum_count(&self) -> u64 {
         // Each tile along an axis adds its halo, and the sources beyond the edge.
         let along = |length: u32| {
             let tiles = u64::from(length.div_ceil(self.tile_size.max(1)));
-            match self.reach {
+            match self.border_size {
                 0 => u64::from(length),
-                reach => u64::from(length) + 2 * u64::from(reach) * (tiles + 1),
+                border_size => u64::from(length) + 2 * u64::from(border_size) * (tiles + 1),
             }
         };
         along(self.window.width).saturating_mul(along(self.window.height))
@@ -43,7 +43,7 @@ impl FilmLayout {
 
     /// The memory of the film, in bytes.
     pub fn memory(&self) -> u64 {
-        let of_sums = match self.reach {
+        let of_sums = match self.border_size {
             0 => size_of::<PixelSums>(),
             _ => size_of::<WeightedSums>(),
         };

@@ -45,7 +45,7 @@ pub struct Film {
     window: Window,
     tile_size: u32,
     /// The number of pixels on either side of a sample's own that it contributes to.
-    reach: u32,
+    border_size: u32,
     tiles: Vec<Tile>,
     /// The splats of light paths, if there are any.
     splats: Option<Splats>,
@@ -78,7 +78,7 @@ impl Film {
         Self {
             window,
             tile_size: step,
-            reach: 0,
+            border_size: 0,
             tiles,
             splats: None,
         }
@@ -86,7 +86,7 @@ impl Film {
 
     /// Builds an empty film of a layout.
     pub fn of_layout(layout: &FilmLayout) -> Self {
-        let mut film = Self::new(layout.window, layout.tile_size).with_reach(layout.reach);
+        let mut film = Self::new(layout.window, layout.tile_size).with_border(layout.border_size);
         if layout.has_splats {
             film = film.with_splats();
         }
@@ -96,14 +96,14 @@ impl Film {
         film
     }
 
-    /// Lets each sample contribute to the pixels at most `reach` rows and columns away from its own; with 0, to its own alone.
-    pub fn with_reach(mut self, reach: u32) -> Self {
-        self.reach = reach;
-        if reach > 0 {
+    /// Lets each sample contribute to the pixels at most `border_size` rows and columns away from its own; with 0, to its own alone.
+    pub fn with_border(mut self, border_size: u32) -> Self {
+        self.border_size = border_size;
+        if border_size > 0 {
             for tile in &mut self.tiles {
                 tile.pixels = vec![];
-                let sources = splatted::sources(self.window, tile.window, reach);
-                tile.splatted = Some(Splatted::new(sources, reach));
+                let sources = splatted::sources(self.window, tile.window, border_size);
+                tile.splatted = Some(Splatted::new(sources, border_size));
             }
         }
         self
@@ -135,13 +135,13 @@ impl Film {
     }
 
     /// The number of pixels on either side of a sample's own that it contributes to.
-    pub fn reach(&self) -> u32 {
-        self.reach
+    pub fn border_size(&self) -> u32 {
+        self.border_size
     }
 
     /// The estimator of the filter by the samples of the film.
     pub fn filter_sampling(&self) -> FilterSampling {
-        match self.reach {
+        match self.border_size {
             0 => FilterSampling::Importance,
             _ => FilterSampling::Splatting,
         }

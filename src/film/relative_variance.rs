@@ -34,8 +34,8 @@ const BLOCK: usize = 8;
 /// The least number of blocks; blocks are made smaller where there would be fewer.
 const MIN_BLOCKS: usize = 32;
 
-/// The least edge of a block, as a multiple of the reach of a sample ...
-const MIN_REACHES: usize = 4;
+/// The least edge of a block, as a multiple of the border size ...
+const MIN_EDGE_IN_BORDERS: usize = 4;
 
 /// ... and in pixels, as those of an interleaved packet may share paths.
 const MIN_EDGE: usize = 8;
@@ -43,8 +43,8 @@ const MIN_EDGE: usize = 8;
 /// The variance of each pixel's mean over the squared truth, by either half of the batches.
 pub(super) struct RelativeVariances {
     width: usize,
-    /// The reach of a sample, which correlates the noise of pixels up to twice as far apart.
-    reach: usize,
+    /// The border size of the film: the noise of pixels up to twice as far apart is correlated.
+    border_size: usize,
     /// Means over the channels: the variance by the even batches, and by the odd ones.
     halves: [Vec<f64>; 2],
     /// relMSE with nothing added for the noise of r: larger than the truth on average.
@@ -77,7 +77,7 @@ impl RelativeVariances {
             return None;
         }
         let width = film.window.width as usize;
-        let reach = film.reach() as usize;
+        let border_size = film.border_size() as usize;
         let count = film.pixel_count();
         let means = Half::ALL.map(|half| mean_of_half(film, half));
         if means.iter().any(|&mean| mean <= 0.0) {
@@ -88,7 +88,7 @@ impl RelativeVariances {
         let epsilons = means.map(|mean| (0.01 * (mean / unit) * (mean / unit)) as f32);
         let channels = (0..3).into_par_iter().map(|c| {
             let channel = Channel::of(film, c, unit)?;
-            Some(ChannelTerms::of(&channel, epsilons, reach))
+            Some(ChannelTerms::of(&channel, epsilons, border_size))
         });
         let channels: Vec<ChannelTerms> = channels.collect::<Option<_>>()?;
         let mean = |of: fn(&ChannelTerms) -> &Vec<f64>| -> Vec<f64> {
@@ -103,7 +103,7 @@ impl RelativeVariances {
         let largest = mean(|channel| &channel.largest_sample);
         Some(Self {
             width,
-            reach,
+            border_size,
             halves,
             upper_mean: upper / 3.0,
             largest_sample: largest.into_iter().fold(0.0, f64::max) / count as f64,
@@ -135,9 +135,9 @@ impl RelativeVariances {
     pub(super) fn blocks(&self) -> Blocks {
         let [width, height] = [self.width, self.halves[0].len() / self.width];
         let blocks = |edge: usize| width.div_ceil(edge) * height.div_ceil(edge);
-        // Blocks of a few times the reach contain nearly all correlation of neighbours.
-        let mut edge = BLOCK * self.reach.max(1);
-        let least = (MIN_REACHES * self.reach).max(MIN_EDGE);
+        // Blocks of a few times the border size contain nearly all correlation of neighbours.
+        let mut edge = BLOCK * self.border_size.max(1);
+        let least = (MIN_EDGE_IN_BORDERS * self.border_size).max(MIN_EDGE);
         while edge > least && blocks(edge) < MIN_BLOCKS {
             edge /= 2;
         }
@@ -174,8 +174,8 @@ struct ChannelTerms {
 }
 
 impl ChannelTerms {
-    /// Computes the terms of a channel, given epsilon for either half and the reach of a sample.
-    fn of(channel: &Channel, epsilons: [f32; 2], reach: usize) -> Self {
+    /// Computes the terms of a channel, given epsilon for either half and the border size of the film.
+    fn of(channel: &Channel, epsilons: [f32; 2], border_size: usize) -> Self {
         let relative = |half: Half, noise_share: f32| {
             let other = planted!("denominator-of-the-same-half", half, half.other()) as usize;
             let [truth, noise] = [&channel.halves[other], &channel.noises[other]];
@@ -195,8 +195,8 @@ impl ChannelTerms {
         let denominator = darkest.like(|i| darkest.values[i] * darkest.values[i] + epsilon);
         let largest = channel.largest_sample.divided_by(&denominator);
         // The terms of all pixels that a sample contributes to add up.
-        let pixels = (2 * reach + 1).pow(2) as f64;
-        let largest = largest.box_mean(reach).values.into_iter();
+        let pixels = (2 * border_size + 1).pow(2) as f64;
+        let largest = largest.box_mean(border_size).values.into_iter();
         Self {
             halves,
             upper_mean: sum(&upper) / upper.len() as f64,

@@ -53,8 +53,8 @@ pub struct SplattedSamples {
 
 impl Splatted {
     /// Builds empty sums for samples of these sources.
-    pub fn new(sources: Window, reach: u32) -> Self {
-        let pixels = sources.grown(reach);
+    pub fn new(sources: Window, border_size: u32) -> Self {
+        let pixels = sources.grown(border_size);
         Self {
             sources,
             pixels,
@@ -85,11 +85,14 @@ impl Splatted {
 
     /// Adds samples with this index.
     pub fn add(&mut self, footprint: &Footprint, index: u64, samples: &SplattedSamples) {
-        let reach = footprint.reach();
+        let border_size = footprint.border_size();
         let [x, y] = samples.pixels;
         // The pixel of the upper left corner of each footprint.
         let corners = std::array::from_fn(|lane| {
-            let corner = [x[lane].wrapping_sub(reach), y[lane].wrapping_sub(reach)];
+            let corner = [
+                x[lane].wrapping_sub(border_size),
+                y[lane].wrapping_sub(border_size),
+            ];
             if samples.active.has(lane) {
                 self.pixels.index(corner)
             } else {
@@ -112,7 +115,7 @@ vectorised! {
         samples: &SplattedSamples,
     ) {
         // With a constant number of weights, loops are unrolled.
-        match footprint.reach() {
+        match footprint.border_size() {
             1 => add_footprints::<3>(sums, width, footprint, index, corners, samples),
             2 => add_footprints::<5>(sums, width, footprint, index, corners, samples),
             3 => add_footprints::<7>(sums, width, footprint, index, corners, samples),
@@ -150,11 +153,11 @@ fn add_footprints<const N: usize>(
 }
 
 /// The pixels whose samples a tile takes: its own, and at the edge of the film's window those beyond that contribute to it.
-pub fn sources(window: Window, tile: Window, reach: u32) -> Window {
+pub fn sources(window: Window, tile: Window, border_size: u32) -> Window {
     let beyond = |start: u32, end: u32, first: u32, last: u32| {
         [start == first, end == last].map(|is_edge| {
             if is_edge {
-                planted!("no-samples-beyond-the-edge", 0, reach)
+                planted!("no-samples-beyond-the-edge", 0, border_size)
             } else {
                 0
             }

@@ -55,13 +55,13 @@ impl Window {
         rows.flat_map(move |y| columns.clone().map(move |x| [x, y]))
     }
 
-    /// The window with `reach` more pixels on each side.
-    pub fn grown(self, reach: u32) -> Self {
+    /// The window with `border_size` more pixels on each side.
+    pub fn grown(self, border_size: u32) -> Self {
         Self {
-            x: self.x.wrapping_sub(reach),
-            y: self.y.wrapping_sub(reach),
-            width: self.width + 2 * reach,
-            height: self.height + 2 * reach,
+            x: self.x.wrapping_sub(border_size),
+            y: self.y.wrapping_sub(border_size),
+            width: self.width + 2 * border_size,
+            height: self.height + 2 * border_size,
         }
     }
 }

@@ -111,12 +111,12 @@ pub fn replay(
         height: 1,
     };
     let observe = |settings: &RenderSettings, observer: &mut dyn PathObserver| {
-        let reach = settings.reach(filter);
-        let mut film = Film::new(window, 1).with_reach(reach);
+        let border_size = settings.border_size(filter);
+        let mut film = Film::new(window, 1).with_border(border_size);
         for tile in film.tiles_mut() {
-            if reach > 0 {
+            if border_size > 0 {
                 // At the edge of a film the pixels beyond it are sources, too.
-                tile.splatted = Some(Splatted::new(tile.window, reach));
+                tile.splatted = Some(Splatted::new(tile.window, border_size));
             }
             let only = sample..sample + 1;
             observe_tile(

@@ -90,9 +90,15 @@ impl Rendering {
         if header.window != settings.window {
             return Err(Error::usage("the state is of another part of the image"));
         }
-        let sums = |film: &Film| (film.reach(), film.splats().is_some(), film.has_counts());
+        let sums = |film: &Film| {
+            (
+                film.border_size(),
+                film.splats().is_some(),
+                film.has_counts(),
+            )
+        };
         let own = (
-            settings.reach(&session.filter),
+            settings.border_size(&session.filter),
             settings.splats(),
             settings.adaptive != Adaptive::Off,
         );

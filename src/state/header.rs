@@ -9,7 +9,7 @@ use super::fingerprint::Fingerprint;
 use super::ranges::describe;
 use crate::error::{Error, ErrorKind, Result};
 use crate::film::batches::BATCHES;
-use crate::film::footprint::MAX_REACH;
+use crate::film::footprint::MAX_BORDER_SIZE;
 use crate::film::splats::Splats;
 use crate::film::{Film, FilmLayout, Window};
 use crate::image::{Layer, MAX_SIDE};
@@ -59,8 +59,8 @@ pub struct StateHeader {
     /// The edge of a tile, in pixels.
     pub tile_size: u32,
     /// The number of pixels on either side of its own that a sample contributes to.
-    #[serde(default)]
-    pub reach: u32,
+    #[serde(default, rename = "reach")]
+    pub border_size: u32,
     /// The samples per pixel of the whole render, if they are known.
     pub spp: Option<u64>,
     /// The most samples per pixel of a render to an error.
@@ -113,7 +113,7 @@ impl StateHeader {
             scene_file,
             window,
             tile_size: 1,
-            reach: 0,
+            border_size: 0,
             spp: None,
             limit: None,
             shard: None,
@@ -154,7 +154,7 @@ impl StateHeader {
             has_allocation: rendered.allocation.is_some() && !rendered.is_shard,
             worth: rendered.worth,
             tile_size: film.tile_size(),
-            reach: film.reach(),
+            border_size: film.border_size(),
             seconds: rendered.elapsed.as_secs_f64(),
             rays: rendered.rays,
             rejected: rendered.rejected,
@@ -192,7 +192,7 @@ impl StateHeader {
         FilmLayout {
             window: self.window,
             tile_size: self.tile_size,
-            reach: self.reach,
+            border_size: self.border_size,
             has_splats: self.splat_samples.is_some(),
             has_counts: self.has_counts,
         }
@@ -209,11 +209,11 @@ impl StateHeader {
         let fits = |start: u32, length: u32| {
             (1..=MAX_SIDE).contains(&(length as usize)) && start.checked_add(length).is_some()
         };
-        let is_tiled = self.tile_size > 0 && self.reach <= MAX_REACH;
+        let is_tiled = self.tile_size > 0 && self.border_size <= MAX_BORDER_SIZE;
         if !fits(x, width) || !fits(y, height) || !is_tiled {
             return Err(damaged(format!(
                 "its header has an impossible window: {width} x {height} pixels from ({x}, {y}) in tiles of {} and {} around",
-                self.tile_size, self.reach
+                self.tile_size, self.border_size
             )));
         }
         self.check_samples()?;
@@ -271,7 +271,7 @@ impl StateHeader {
                     .to_owned(),
             ));
         }
-        let may_have_counts = self.reach == 0 && self.splat_samples.is_none();
+        let may_have_counts = self.border_size == 0 && self.splat_samples.is_none();
         let is_pilot = |pilot: &AdaptivePilot| {
             (1..=MAX_SPP).contains(&pilot.samples) && pilot.samples.is_multiple_of(BATCHES)
         };

@@ -77,8 +77,8 @@ impl Coverage {
             self.counts[kind] += 1;
             for (held, (level, _)) in self.held[kind].iter_mut().zip(LEVELS) {
                 // Plus rounding to single precision.
-                let reach = bars.quantile(index, level) * se + 2e-7 * x.abs();
-                *held += u64::from(off <= reach);
+                let half_width = bars.quantile(index, level) * se + 2e-7 * x.abs();
+                *held += u64::from(off <= half_width);
             }
         }
     }

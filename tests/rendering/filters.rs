@@ -167,22 +167,22 @@ fn splatted_images_are_independent_of_tiles_threads_and_crops() {
 
 #[test]
 fn box_wide_and_adaptive_filters_use_importance_sampling() {
-    let reach = |kind, radius, change: &dyn Fn(&mut RenderSettings)| {
+    let border_size = |kind, radius, change: &dyn Fn(&mut RenderSettings)| {
         let filter = Filter::new(&FilterDescription { kind, radius });
         let mut settings = splatting(&load_text(SMALL), 4);
         change(&mut settings);
-        settings.reach(&filter)
+        settings.border_size(&filter)
     };
     let none = |_: &mut RenderSettings| {};
-    assert_eq!(reach(FilterKind::Gaussian, 1.5, &none), 1);
-    assert_eq!(reach(FilterKind::Mitchell, 2.0, &none), 2);
-    assert_eq!(reach(FilterKind::Gaussian, 4.5, &none), 4);
-    assert_eq!(reach(FilterKind::Gaussian, 4.6, &none), 0);
-    assert_eq!(reach(FilterKind::Tent, 0.5, &none), 0);
-    assert_eq!(reach(FilterKind::Box, 0.5, &none), 0);
-    assert_eq!(reach(FilterKind::Box, 2.0, &none), 0);
+    assert_eq!(border_size(FilterKind::Gaussian, 1.5, &none), 1);
+    assert_eq!(border_size(FilterKind::Mitchell, 2.0, &none), 2);
+    assert_eq!(border_size(FilterKind::Gaussian, 4.5, &none), 4);
+    assert_eq!(border_size(FilterKind::Gaussian, 4.6, &none), 0);
+    assert_eq!(border_size(FilterKind::Tent, 0.5, &none), 0);
+    assert_eq!(border_size(FilterKind::Box, 0.5, &none), 0);
+    assert_eq!(border_size(FilterKind::Box, 2.0, &none), 0);
     let adaptive = |it: &mut RenderSettings| it.adaptive = Adaptive::TwoPhase;
-    assert_eq!(reach(FilterKind::Gaussian, 1.5, &adaptive), 0);
+    assert_eq!(border_size(FilterKind::Gaussian, 1.5, &adaptive), 0);
     let boxes = scene(FilterKind::Box, 0.5);
     let by = |filter_sampling| {
         let settings = RenderSettings {

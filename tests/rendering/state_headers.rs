@@ -75,10 +75,10 @@ fn impossible_headers_are_rejected() {
         ("an endless time", |it| it.seconds = 1e300),
         ("a negative time", |it| it.seconds = -1.0),
         ("too many samples", |it| it.spp = Some(u64::MAX)),
-        ("counts with a reach", |it| it.has_counts = true),
+        ("counts with a border", |it| it.has_counts = true),
         ("a tile of nothing", |it| it.tile_size = 0),
     ];
-    assert!(state.film.reach() > 0);
+    assert!(state.film.border_size() > 0);
     for (what, change) in changes {
         let mut header = state.header.clone();
         change(&mut header);
@@ -124,11 +124,11 @@ fn header_with_more_sums_than_its_body_is_rejected_before_allocation() {
     let file = stage.file("crafted.etd");
     // With a halo of four pixels, small tiles have many more sums than pixels.
     let mut header = state.header.clone();
-    (header.window, header.tile_size, header.reach) = (window, 32, 0);
+    (header.window, header.tile_size, header.border_size) = (window, 32, 0);
     (header.done, header.splat_samples) = (vec![], None);
     State::write_parts(&header, &film, &[], None, &file).expect("it is written");
     State::read(&file).expect("a black film");
-    header.reach = 4;
+    header.border_size = 4;
     State::write_parts(&header, &film, &[], None, &file).expect("it is written");
     let error = State::read(&file).expect_err("the body is too short");
     assert!(error.to_string().contains("take at least"), "{error}");
@@ -147,7 +147,7 @@ fn files_with_other_windows_are_not_merged() {
         },
         state.header.tile_size,
     );
-    let film = film.with_reach(state.film.reach()).with_splats();
+    let film = film.with_border(state.film.border_size()).with_splats();
     assert!(state.film.splats().is_some());
     let mut header = state.header.clone();
     header.window = film.window();
@@ -174,7 +174,7 @@ fn state_with_other_sums_than_the_render_is_not_resumed() {
     let own = stage.state(&options);
     options.filter_sampling = Some(FilterSampling::Splatting);
     let mut state = stage.state(&options);
-    assert_ne!(state.film.reach(), own.film.reach());
+    assert_ne!(state.film.border_size(), own.film.border_size());
     state.header.identity = own.header.identity;
     options.filter_sampling = Some(FilterSampling::Importance);
     let resumed = stage.session.resume(&options, state, &NullRenderObserver);

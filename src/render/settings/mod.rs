@@ -59,7 +59,7 @@ pub struct RenderSettings {
     pub light_paths: LightPathRule,
     /// The number of pixels that share their paths, in renders by `path`: see [`Self::reuse`].
     pub reuse: PathReuseRule,
-    /// The estimator of the filter, where both are possible: see [`Self::reach`].
+    /// The estimator of the filter, where both are possible: see [`Self::border_size`].
     pub filter_sampling: FilterSampling,
     /// The largest distance of occlusion for ambient occlusion, in world units; `None` for any distance.
     pub occlusion_distance: Option<f64>,

@@ -1,4 +1,4 @@
-//! The rules by which the rest of a render follows from its settings: the reach of its filter, its light paths, the
+//! The rules by which the rest of a render follows from its settings: the border size of its filter, its light paths, the
 //! compensation of environment maps, roulette, and the rounding of sample counts.
 //!
 //! Measure: pixels, samples per pixel.
@@ -22,12 +22,12 @@ impl RenderSettings {
     /// The number of pixels on either side of its own to which a sample contributes by this filter; 0 if it belongs to its own
     /// alone. That is so for filters without a footprint; for adaptive renders, whose pixels differ in the count that a
     /// sample's weight is divided by; and for Markov chains, all of whose samples are splats.
-    pub fn reach(&self, filter: &Filter) -> u32 {
+    pub fn border_size(&self, filter: &Filter) -> u32 {
         let is_splatted = self.filter_sampling == FilterSampling::Splatting
             && self.adaptive == Adaptive::Off
             && self.integrator != IntegratorKind::Metropolis;
         let footprint = filter.footprint().filter(|_| is_splatted);
-        footprint.map_or(0, Footprint::reach)
+        footprint.map_or(0, Footprint::border_size)
     }
 
     /// The layout of the film of a render with this filter.
@@ -35,7 +35,7 @@ impl RenderSettings {
         FilmLayout {
             window: self.window,
             tile_size: self.tile_size,
-            reach: self.reach(filter),
+            border_size: self.border_size(filter),
             has_splats: self.splats(),
             has_counts: self.adaptive != Adaptive::Off,
         }
@@ -43,7 +43,7 @@ impl RenderSettings {
 
     /// The estimator of this filter that a render has.
     pub fn filter_sampling_of(&self, filter: &Filter) -> FilterSampling {
-        match self.reach(filter) {
+        match self.border_size(filter) {
             0 => FilterSampling::Importance,
             _ => FilterSampling::Splatting,
         }

@@ -6,7 +6,7 @@
 
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::auto::{
-    LightPathChoice, PathReuseChoice, Recommendation, WindowChoice,
+    LightPathChoice, PathReuseChoice, Recommendation, WeightWindowChoice,
 };
 use etendue_lab::study::bootstrap::Ranged;
 use serde::Serialize;
@@ -85,7 +85,7 @@ impl From<&Recommendation> for RecommendationReport {
             option: recommendation.option.clone(),
             light_paths: recommendation.choices.light_paths.map(Into::into),
             reuse: recommendation.choices.reuse.map(Into::into),
-            roulette: recommendation.choices.window.map(Into::into),
+            roulette: recommendation.choices.weight_window.map(Into::into),
         }
     }
 }
@@ -135,8 +135,8 @@ impl ReuseReport {
     }
 }
 
-impl From<WindowChoice> for RouletteReport {
-    fn from(choice: WindowChoice) -> Self {
+impl From<WeightWindowChoice> for RouletteReport {
+    fn from(choice: WeightWindowChoice) -> Self {
         Self {
             rule: choice.roulette.to_string(),
             rays_of_smaller_window: choice.rays_of_smaller,
@@ -151,7 +151,7 @@ impl RouletteReport {
             "{} (the smaller window has {:.2} times the rays of the larger one in a pilot, and is taken up to {} times)",
             self.rule,
             self.rays_of_smaller_window,
-            WindowChoice::MAX_RAYS
+            WeightWindowChoice::MAX_RAYS
         )
     }
 }

@@ -13,7 +13,7 @@ mod pass;
 mod pilot;
 mod reuse;
 mod rule;
-mod window;
+mod weight_window;
 
 use super::settings::{Adaptive, Budget, RenderSettings};
 use super::{RenderInput, RenderObserver, Rendered, Threads, check, check_is_lit, resume};
@@ -30,7 +30,7 @@ use pilot::Pilot;
 pub use reuse::PathReuseChoice;
 pub use rule::Candidate;
 use rule::{RuleInput, choose};
-pub use window::WindowChoice;
+pub use weight_window::WeightWindowChoice;
 
 /// The approximate number of pixels of the pilot's images.
 const PIXELS: f64 = 5000.0;
@@ -66,7 +66,7 @@ pub struct PathChoices {
     /// The number of pixels that share their paths.
     pub reuse: Option<PathReuseChoice>,
     /// The weight window of roulette.
-    pub window: Option<WindowChoice>,
+    pub weight_window: Option<WeightWindowChoice>,
 }
 
 impl PathChoices {
@@ -80,7 +80,7 @@ impl PathChoices {
         let settings = self.apply_light_paths(settings);
         let mut settings = settings.with_reuse(self.reuse.map(|choice| choice.reuse));
         if settings.integrator == IntegratorKind::Path {
-            let chosen = self.window.map(|choice| choice.roulette);
+            let chosen = self.weight_window.map(|choice| choice.roulette);
             settings.roulette = settings.roulette.or(chosen);
         }
         settings
@@ -136,7 +136,7 @@ pub fn recommend(
         candidates,
     };
     let (integrator, why) = choose(&facts);
-    choices.window = window::choose(input, threads, &by_path, observer)?;
+    choices.weight_window = weight_window::choose(input, threads, &by_path, observer)?;
     Ok(Recommendation {
         integrator,
         why,
@@ -175,7 +175,8 @@ pub fn settle(
         recommendation.insert(recommended).choices
     } else {
         let mut choices = choose_for_path(input, threads, settings, observer)?;
-        choices.window = window::choose(input, threads, &choices.apply(settings), observer)?;
+        choices.weight_window =
+            weight_window::choose(input, threads, &choices.apply(settings), observer)?;
         choices
     };
     Ok(Settled {

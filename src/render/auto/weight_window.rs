@@ -36,14 +36,14 @@ const SMALLER: u8 = 4;
 
 /// A rule of roulette that a pilot has chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WindowChoice {
+pub struct WeightWindowChoice {
     /// The rule.
     pub roulette: Roulette,
     /// The number of rays with the smaller window over that with the larger one.
     pub rays_of_smaller: f64,
 }
 
-impl WindowChoice {
+impl WeightWindowChoice {
     /// The ratio of the numbers of rays up to which the smaller window is chosen.
     pub const MAX_RAYS: f64 = 1.15;
 }
@@ -57,7 +57,7 @@ pub fn choose(
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
-) -> Result<Option<WindowChoice>> {
+) -> Result<Option<WeightWindowChoice>> {
     let is_open = settings.has_window_pilot
         && settings.roulette.is_none()
         && settings.integrator == IntegratorKind::Path
@@ -85,8 +85,8 @@ pub fn choose(
     };
     let usual = settings.roulette();
     let rays_of_smaller = rays(smaller)? / rays(usual)?;
-    let is_cheap = rays_of_smaller <= WindowChoice::MAX_RAYS;
-    Ok(Some(WindowChoice {
+    let is_cheap = rays_of_smaller <= WeightWindowChoice::MAX_RAYS;
+    Ok(Some(WeightWindowChoice {
         roulette: if is_cheap { smaller } else { usual },
         rays_of_smaller,
     }))

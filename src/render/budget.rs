@@ -1,4 +1,4 @@
-//! The number of samples of the next pass, such that a render ends when its budget is used up. `budget/looks.rs` decides when
+//! The number of samples of the next pass, such that a render ends when its budget is used up. `budget/error_records.rs` decides when
 //! the error is estimated.
 //!
 //! Measure: samples per pixel, the mean where pixels differ; seconds.
@@ -6,14 +6,14 @@
 //! the samples of every pixel take long, that is the best that whole passes can do.
 //! Source: none needed. Tested below and in `cli/tests/command/render.rs`.
 
-mod looks;
+mod error_records;
 
-pub use looks::{Expected, ForecastInput};
+pub use error_records::{Expected, ForecastInput};
 
-use super::convergence::Look;
+use super::convergence::ErrorRecord;
 use super::settings::{Budget, ErrorTarget};
 use crate::film::batches::BATCHES;
-use looks::{BETWEEN_LOOKS, FIRST_LOOK, PILOT};
+use error_records::{ESTIMATE_RATIO, FIRST_ESTIMATE, FORECAST_PILOT};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -26,7 +26,8 @@ const MAX_PASS: u64 = 64;
 pub struct PlannerState {
     /// The error to reach.
     target: Option<ErrorTarget>,
-    next_look: u64,
+    #[serde(rename = "next_look")]
+    next_estimate: u64,
     expected: Option<Expected>,
     is_reached: bool,
 }
@@ -50,9 +51,9 @@ pub struct PassPlanner {
     /// The seconds that a sample of every pixel took before the clock was started, if it is known.
     pace: Option<f64>,
     /// The samples per pixel at which the error is estimated next.
-    next_look: u64,
-    /// All estimates of the error, at equivalent counts of evenly distributed samples.
-    looks: Vec<Look>,
+    next_estimate: u64,
+    /// The records of the error so far, at equivalent counts of evenly distributed samples.
+    error_records: Vec<ErrorRecord>,
     /// The properties of the image that a forecast needs.
     forecast_input: ForecastInput,
     expected: Option<Expected>,
@@ -64,9 +65,9 @@ pub struct PassPlanner {
 impl PassPlanner {
     /// Creates the planner of a render that has not begun, whose passes are multiples of `step`.
     pub fn new(budget: Budget, step: u64, forecast_input: ForecastInput) -> Self {
-        let next_look = match budget.error {
-            Some(_) => PILOT[0],
-            None => FIRST_LOOK,
+        let next_estimate = match budget.error {
+            Some(_) => FORECAST_PILOT[0],
+            None => FIRST_ESTIMATE,
         };
         Self {
             budget,
@@ -74,8 +75,8 @@ impl PassPlanner {
             begun: 0,
             spp: 0,
             pace: None,
-            next_look,
-            looks: Vec::new(),
+            next_estimate,
+            error_records: Vec::new(),
             forecast_input,
             expected: None,
             is_reached: false,
@@ -89,17 +90,17 @@ impl PassPlanner {
         Self { in_rounds, ..self }
     }
 
-    /// The planner of a render that has `spp` samples per pixel already, after these looks.
-    pub fn resumed_from(self, spp: u64, looks: Vec<Look>) -> Self {
-        let next_look = match self.budget.error {
-            Some(_) => self.next_look,
-            None => self.next_look.max(BETWEEN_LOOKS * spp),
+    /// The planner of a render that has `spp` samples per pixel already, and these records of its error.
+    pub fn resumed_from(self, spp: u64, error_records: Vec<ErrorRecord>) -> Self {
+        let next_estimate = match self.budget.error {
+            Some(_) => self.next_estimate,
+            None => self.next_estimate.max(ESTIMATE_RATIO * spp),
         };
         Self {
             begun: spp,
             spp,
-            next_look,
-            looks,
+            next_estimate,
+            error_records,
             ..self
         }
     }
@@ -111,7 +112,7 @@ impl PassPlanner {
         let kept = state.filter(|state| state.target == self.budget.error);
         Self {
             pace: (self.spp > 0).then_some(pace),
-            next_look: kept.map_or(self.next_look, |state| state.next_look),
+            next_estimate: kept.map_or(self.next_estimate, |state| state.next_estimate),
             expected: kept.and_then(|state| state.expected),
             is_reached: kept.is_some_and(|state| state.is_reached),
             ..self
@@ -122,7 +123,7 @@ impl PassPlanner {
     pub fn state(&self) -> PlannerState {
         PlannerState {
             target: self.budget.error,
-            next_look: self.next_look,
+            next_estimate: self.next_estimate,
             expected: self.expected,
             is_reached: self.is_reached,
         }
@@ -160,7 +161,7 @@ impl PassPlanner {
             pass = pass.min(spp.next_multiple_of(self.step).saturating_sub(self.spp));
         }
         if self.budget.error.is_some() {
-            pass = pass.min(self.next_look.saturating_sub(self.spp).max(self.step));
+            pass = pass.min(self.next_estimate.saturating_sub(self.spp).max(self.step));
         }
         let new = self.spp - self.begun;
         let now = (new > 0).then(|| elapsed.as_secs_f64() / new as f64);

@@ -1,12 +1,12 @@
-//! Convergence: how the error of a render falls with its samples, by looks at it during the render, and the samples
+//! Convergence: how the error of a render falls with its samples, by records of it during the render, and the samples
 //! that a smaller error needs.
 //!
 //! The root of relMSE falls as a power of the samples, 1/2 for independent ones and more where points are evenly
-//! distributed. Two looks far enough apart determine the power. Between two powers of two of samples, the error of
+//! distributed. Two records far enough apart determine the power. Between two powers of two of samples, the error of
 //! Sobol' points falls only as that of independent samples from the first: the gain comes at the second.
 //!
 //! Measure: roots of relMSE; samples per pixel, where they differ the evenly distributed ones that they are worth.
-//! Range: powers from 1/2 to 3/2. Without two looks, or where they do not distinguish it from 1/2, the power is 1/2.
+//! Range: powers from 1/2 to 3/2. Without two records, or where they do not distinguish it from 1/2, the power is 1/2.
 //! Source: docs/accuracy.md, "The error that is printed". Tested below and in `cli/tests/command/layers.rs`.
 
 use crate::film::{Doubt, ErrorEstimate, MODEL_ERROR, margin};
@@ -14,8 +14,8 @@ use crate::math::functions::{hypot, ln, log2, powf};
 use crate::math::stats::normal_quantile;
 use serde::{Deserialize, Serialize};
 
-/// The least ratio of the samples of two looks that determine the power: nearer ones differ by their noise.
-const MIN_LOOK_RATIO: f64 = 4.0;
+/// The least ratio of the samples of two records that determine the power: nearer ones differ by their noise.
+const MIN_RECORD_RATIO: f64 = 4.0;
 
 /// The smallest power: an error falls at least as the root of the samples does ...
 const MIN_POWER: f64 = 0.5;
@@ -30,7 +30,7 @@ const ALARMED: f64 = 3.0;
 
 /// An estimate of a render's error after a number of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Look {
+pub struct ErrorRecord {
     /// Samples per pixel.
     pub samples: f64,
     /// The root of relMSE.
@@ -43,8 +43,8 @@ pub struct Look {
     pub largest_sample: f64,
 }
 
-impl Look {
-    /// A look after `samples` samples per pixel.
+impl ErrorRecord {
+    /// The record after `samples` samples per pixel.
     pub fn new(samples: f64, error: &ErrorEstimate) -> Self {
         Self {
             samples,
@@ -60,8 +60,8 @@ impl Look {
         self.samples * self.rel_rmse * self.rel_rmse
     }
 
-    /// Whether the error of a later look is as small as independent samples make it, within the uncertainty of both
-    /// looks.
+    /// Whether the error of a later record is as small as independent samples make it, within the uncertainty of both
+    /// records.
     pub fn is_kept_by(&self, later: &Self) -> bool {
         let chance = ALARMED * hypot(self.uncertainty, later.uncertainty);
         later.of_sample() <= self.of_sample() * (1.0 + chance)
@@ -69,9 +69,11 @@ impl Look {
 }
 
 /// Returns an estimated error, without an upper bound if it is larger than the earlier estimates allow.
-pub fn stated(error: ErrorEstimate, samples: f64, looks: &[Look]) -> ErrorEstimate {
-    let now = Look::new(samples, &error);
-    let before = looks.iter().rfind(|look| 2.0 * look.samples <= samples);
+pub fn stated(error: ErrorEstimate, samples: f64, error_records: &[ErrorRecord]) -> ErrorEstimate {
+    let now = ErrorRecord::new(samples, &error);
+    let before = error_records
+        .iter()
+        .rfind(|record| 2.0 * record.samples <= samples);
     match before {
         Some(before) if error.doubt.is_none() && !before.is_kept_by(&now) => ErrorEstimate {
             upper_bound: f64::INFINITY,
@@ -91,17 +93,17 @@ pub fn stated(error: ErrorEstimate, samples: f64, looks: &[Look]) -> ErrorEstima
 pub struct PowerLaw {
     /// The likely power.
     pub power: f64,
-    /// The least and the greatest power that the looks allow.
+    /// The least and the greatest power that the records allow.
     pub range: [f64; 2],
 }
 
 impl PowerLaw {
-    /// The power law from the last look and the latest that is far enough before it.
-    pub fn of(looks: &[Look]) -> Self {
-        let measured = looks.split_last().and_then(|(last, before)| {
+    /// The power law from the last record and the latest that is far enough before it.
+    pub fn of(error_records: &[ErrorRecord]) -> Self {
+        let measured = error_records.split_last().and_then(|(last, before)| {
             let first = before
                 .iter()
-                .rfind(|look| MIN_LOOK_RATIO * look.samples <= last.samples)?;
+                .rfind(|record| MIN_RECORD_RATIO * record.samples <= last.samples)?;
             let steps = ln(last.samples / first.samples);
             let power = ln(first.rel_rmse / last.rel_rmse) / steps;
             let error = 0.5 * hypot(first.uncertainty, last.uncertainty) / steps;
@@ -131,7 +133,7 @@ impl PowerLaw {
 /// The forecast of an upper bound that holds an error with some confidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Forecast {
-    look: Look,
+    error_record: ErrorRecord,
     power: f64,
     /// Whether the error falls in steps, at powers of two of the samples.
     in_steps: bool,
@@ -142,28 +144,33 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// The forecast from the looks so far, for an image of `pixels` pixels. `None` before the first look.
-    pub fn new(looks: &[Look], pixels: u64, confidence: f64, in_steps: bool) -> Option<Self> {
+    /// The forecast from the records so far, for an image of `pixels` pixels. `None` before the first record.
+    pub fn new(
+        error_records: &[ErrorRecord],
+        pixels: u64,
+        confidence: f64,
+        in_steps: bool,
+    ) -> Option<Self> {
         /// The rule for normally distributed samples, with variances that differ between pixels as they do in a room.
         const OF_PIXELS: f64 = 8.0;
         Some(Self {
-            look: *looks.last()?,
-            power: PowerLaw::of(looks).power,
+            error_record: *error_records.last()?,
+            power: PowerLaw::of(error_records).power,
             in_steps,
             sigmas: normal_quantile(confidence),
             least_uncertainty: (OF_PIXELS / pixels as f64).sqrt(),
         })
     }
 
-    /// The bound after `samples` samples per pixel, at least as many as at the last look.
+    /// The bound after `samples` samples per pixel, at least as many as at the last record.
     fn bound(&self, samples: f64) -> f64 {
-        let Look {
+        let ErrorRecord {
             samples: now,
             uncertainty,
             bias,
             largest_sample,
             ..
-        } = self.look;
+        } = self.error_record;
         let grown = samples / now;
         // The uncertainty due to rare samples falls as that of any mean.
         let uncertainty = (uncertainty / grown.sqrt()).max(self.least_uncertainty.min(uncertainty));
@@ -174,11 +181,11 @@ impl Forecast {
 
     /// The root of relMSE after `samples` samples.
     fn error(&self, samples: f64) -> f64 {
-        let Look {
+        let ErrorRecord {
             samples: now,
             rel_rmse,
             ..
-        } = self.look;
+        } = self.error_record;
         let floor = |samples: f64| powf(2.0, log2(samples).floor());
         if self.in_steps && floor(samples) > now {
             // By the power law from one power of two to another, and from there as independent samples.
@@ -195,12 +202,12 @@ impl Forecast {
     /// The samples per pixel after which the bound is at most `bound`.
     pub fn samples_for(&self, bound: f64) -> f64 {
         let is_reached = |samples: f64| self.bound(samples) <= bound;
-        let mut high = self.look.samples;
+        let mut high = self.error_record.samples;
         while !is_reached(high) && high < u64::MAX as f64 {
             high *= 2.0;
         }
         let mut low = 0.5 * high;
-        if low < self.look.samples {
+        if low < self.error_record.samples {
             return high;
         }
         /// The number of bisections that leave a thousandth.
@@ -221,8 +228,8 @@ impl Forecast {
 mod tests {
     use super::*;
 
-    fn look(samples: f64, rel_rmse: f64, uncertainty: f64) -> Look {
-        Look {
+    fn error_record(samples: f64, rel_rmse: f64, uncertainty: f64) -> ErrorRecord {
+        ErrorRecord {
             samples,
             rel_rmse,
             uncertainty,
@@ -233,18 +240,19 @@ mod tests {
 
     #[test]
     fn convergence_power_is_fitted_or_falls_back_to_one_half() {
-        let looks = [64.0, 128.0, 256.0, 1024.0].map(|n: f64| look(n, n.powf(-0.75), 0.01));
-        let law = PowerLaw::of(&looks);
+        let error_records =
+            [64.0, 128.0, 256.0, 1024.0].map(|n: f64| error_record(n, n.powf(-0.75), 0.01));
+        let law = PowerLaw::of(&error_records);
         assert!((law.power - 0.75).abs() < 1e-12, "{law:?}");
         assert!(law.range[0] > 0.73 && law.range[1] < 0.77, "{law:?}");
         // Ten times less error takes 10^(4/3) times as many samples.
         let [_, likely, _] = law.samples_for(10.0);
         assert!((likely / 21.544 - 1.0).abs() < 1e-3, "{likely}");
-        let noisy = looks.map(|it| look(it.samples, it.rel_rmse, 0.6));
+        let noisy = error_records.map(|it| error_record(it.samples, it.rel_rmse, 0.6));
         let law = PowerLaw::of(&noisy);
         assert_eq!((law.power, law.range[0]), (0.5, 0.5));
         assert!(law.range[1] > 0.75);
-        assert_eq!(PowerLaw::of(&looks[..2]).power, 0.5);
+        assert_eq!(PowerLaw::of(&error_records[..2]).power, 0.5);
         assert_eq!(PowerLaw::of(&[]).range, [0.5, 0.5]);
     }
 
@@ -259,10 +267,10 @@ mod tests {
             upper_bound: 1.1 * rel_rmse,
             doubt: None,
         };
-        let looks = [look(64.0, 0.1, 0.1), look(256.0, 0.05, 0.1)];
-        let fallen = stated(error(0.025, 0.1), 1024.0, &looks);
+        let error_records = [error_record(64.0, 0.1, 0.1), error_record(256.0, 0.05, 0.1)];
+        let fallen = stated(error(0.025, 0.1), 1024.0, &error_records);
         assert_eq!(fallen, error(0.025, 0.1));
-        let risen = stated(error(0.05, 0.1), 1024.0, &looks);
+        let risen = stated(error(0.05, 0.1), 1024.0, &error_records);
         assert!(risen.upper_bound.is_infinite());
         let Some(Doubt::Rising {
             at_least, samples, ..
@@ -271,16 +279,19 @@ mod tests {
             panic!("{risen:?}");
         };
         assert!(samples == 256.0 && at_least < 0.05 && at_least > 0.04);
-        // An uncertain difference may be chance; looks that are too near say nothing.
-        assert_eq!(stated(error(0.05, 1.5), 1024.0, &looks).doubt, None);
-        assert_eq!(stated(error(0.05, 0.1), 300.0, &looks[1..]).doubt, None);
+        // An uncertain difference may be chance; records that are too near say nothing.
+        assert_eq!(stated(error(0.05, 1.5), 1024.0, &error_records).doubt, None);
+        assert_eq!(
+            stated(error(0.05, 0.1), 300.0, &error_records[1..]).doubt,
+            None
+        );
     }
 
     #[test]
     fn stepwise_forecast_matches_smooth_one_at_powers_of_two() {
-        let looks = [look(16.0, 1.0, 0.0), look(64.0, 0.25, 0.0)];
-        let steps = Forecast::new(&looks, 1 << 40, 0.5, true).expect("there are looks");
-        let smooth = Forecast::new(&looks, 1 << 40, 0.5, false).expect("there are looks");
+        let error_records = [error_record(16.0, 1.0, 0.0), error_record(64.0, 0.25, 0.0)];
+        let steps = Forecast::new(&error_records, 1 << 40, 0.5, true).expect("there are records");
+        let smooth = Forecast::new(&error_records, 1 << 40, 0.5, false).expect("there are records");
         assert!((smooth.error(100.0) - 0.16).abs() < 1e-9);
         // At powers of two the errors agree, between them one falls as with independent samples.
         for n in [128.0, 256.0, 1024.0] {
@@ -297,18 +308,18 @@ mod tests {
 
     #[test]
     fn upper_bound_tightens_with_more_samples() {
-        let looks = [look(64.0, 0.1, 0.4)];
-        let forecast = Forecast::new(&looks, 8_000_000, 0.95, false).expect("a look");
+        let error_records = [error_record(64.0, 0.1, 0.4)];
+        let forecast = Forecast::new(&error_records, 8_000_000, 0.95, false).expect("a record");
         let margin = |n: f64| (forecast.bound(n) / forecast.error(n)).powi(2) - 1.0 - MODEL_ERROR;
         assert!(margin(64.0) > 0.65 && margin(6400.0) < 0.07);
         // A single bright sample widens the bound, and less as others join it.
-        let mut bright = looks;
+        let mut bright = error_records;
         bright[0].largest_sample = 2.0;
-        let bright = Forecast::new(&bright, 8_000_000, 0.95, false).expect("a look");
+        let bright = Forecast::new(&bright, 8_000_000, 0.95, false).expect("a record");
         assert!(bright.bound(64.0) > 1.02 * forecast.bound(64.0));
         assert!(bright.bound(6400.0) < 1.001 * forecast.bound(6400.0));
         // The uncertainty at its least, with few pixels.
-        let few = Forecast::new(&looks, 200, 0.95, false).expect("a look");
+        let few = Forecast::new(&error_records, 200, 0.95, false).expect("a record");
         assert!(few.bound(1e9) / few.error(1e9) > 1.16);
     }
 }

@@ -23,7 +23,7 @@ pub struct Predicted {
 }
 
 impl Predicted {
-    /// The forecast of the last look at the error, `elapsed` after the start.
+    /// The forecast by the last record of the error, `elapsed` after the start.
     pub(super) fn by(planner: &PassPlanner, elapsed: Duration) -> Option<Self> {
         let expected = planner.expected()?;
         let still = expected.spp.saturating_sub(planner.spp()) as f64;

@@ -6,7 +6,7 @@
 
 use super::adaptive::allocation::Allocation;
 use super::budget::PlannerState;
-use super::convergence::{Look, PowerLaw, stated};
+use super::convergence::{ErrorRecord, PowerLaw, stated};
 use super::predicted::Predicted;
 use super::settings::{ErrorTarget, RenderSettings};
 use super::tally::Rejected;
@@ -49,8 +49,8 @@ pub struct Rendered {
     pub reached: bool,
     /// The pilot's forecast for the requested error.
     pub predicted: Option<Predicted>,
-    /// The looks: estimates of the error during the render.
-    pub looks: Vec<Look>,
+    /// The records of the error during the render.
+    pub error_records: Vec<ErrorRecord>,
     /// The state of the planner.
     pub planner: Option<PlannerState>,
     /// The irradiance cache, if there is one.
@@ -75,7 +75,7 @@ impl Rendered {
             cancelled: false,
             reached: false,
             predicted: None,
-            looks: Vec::new(),
+            error_records: Vec::new(),
             planner: None,
             cache: None,
         }
@@ -85,7 +85,7 @@ impl Rendered {
     /// fallen; `None` before it can be estimated.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let error = self.film.error(confidence)?;
-        Some(stated(error, self.even_spp(), &self.looks))
+        Some(stated(error, self.even_spp(), &self.error_records))
     }
 
     /// Whether the bound of the error is at most the requested one.
@@ -106,11 +106,14 @@ impl Rendered {
         if error.doubt.is_some() || error.rel_rmse == 0.0 {
             return None;
         }
-        let last = Look::new(self.even_spp(), error);
-        let before = self.looks.iter().filter(|look| look.samples < last.samples);
-        let looks: Vec<Look> = before.copied().chain([last]).collect();
+        let last = ErrorRecord::new(self.even_spp(), error);
+        let before = self
+            .error_records
+            .iter()
+            .filter(|record| record.samples < last.samples);
+        let error_records: Vec<ErrorRecord> = before.copied().chain([last]).collect();
         let seconds = self.elapsed.as_secs_f64();
-        let [least, likely, most] = PowerLaw::of(&looks)
+        let [least, likely, most] = PowerLaw::of(&error_records)
             .samples_for(factor)
             .map(|grown| seconds * grown);
         Some(Price {
@@ -128,6 +131,6 @@ pub struct Price {
     pub rel_rmse: f64,
     /// The likely seconds of rendering, from the first sample on.
     pub seconds: f64,
-    /// The least and the most seconds that the looks at this render allow.
+    /// The least and the most seconds that the records of this render allow.
     pub range: [f64; 2],
 }

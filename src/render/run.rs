@@ -1,4 +1,4 @@
-//! A running render: passes over all tiles, looks at the error between them, and checkpoints.
+//! A running render: passes over all tiles, estimates of the error between them, and checkpoints.
 //!
 //! Every pass takes each pixel from one sample index to the next, or as far as an adaptive render assigns samples to
 //! it. Since a sample is a pure function of seed, pixel and index, and each pixel's samples are added in order, the
@@ -94,10 +94,10 @@ impl<'a> Run<'a> {
             pixels: settings.window.pixel_count(),
             in_steps: settings.sampler == SamplerKind::Sobol,
         };
-        let looks = rendered.looks.clone();
+        let error_records = rendered.error_records.clone();
         let mut planner = PassPlanner::new(budget, step, forecast_input)
             .in_rounds(rendered.is_shard)
-            .resumed_from(rendered.spp, looks)
+            .resumed_from(rendered.spp, error_records)
             .restored(rendered.planner, rendered.elapsed);
         let known = rendered.allocation.clone();
         let mut allocator = SampleAllocator::new(settings, rendered.is_pilot, known);
@@ -138,7 +138,7 @@ impl<'a> Run<'a> {
             planner.pass_done(samples);
             self.observer.pass(film);
             let may_end_pilot = self.may_end_pilot(&planner);
-            if planner.is_look_due() || estimates.are_due() {
+            if planner.is_estimate_due() || estimates.are_due() {
                 let begun = Instant::now();
                 self.estimate(film, &mut planner, &allocator, &mut shown);
                 estimates.made(begun);
@@ -154,7 +154,7 @@ impl<'a> Run<'a> {
         }
         self.record(rendered, &planner, &allocator);
         rendered.cancelled = self.cancelled.into_inner();
-        // Where another limit ends the render between two looks, the error may be small enough already.
+        // Where another limit ends the render between two estimates, the error may be small enough already.
         rendered.reached = is_reached
             || planner.is_reached()
             || (!rendered.cancelled && planner.target().is_some_and(|it| rendered.meets(it)));
@@ -166,7 +166,7 @@ impl<'a> Run<'a> {
     fn may_end_pilot(&self, planner: &PassPlanner) -> bool {
         let budget = self.settings.budget;
         budget.time.is_some()
-            || planner.is_look_due()
+            || planner.is_estimate_due()
             || planner.spp() >= budget.pilot() && budget.error.is_none()
     }
 
@@ -190,8 +190,8 @@ impl<'a> Run<'a> {
         let target = planner.target();
         let confidence = target.map_or(CONFIDENCE, |target| target.confidence);
         let estimate = film.error(confidence);
-        if planner.is_look_due() {
-            planner.add_look(estimate, self.of_whole(allocator));
+        if planner.is_estimate_due() {
+            planner.record_error(estimate, self.of_whole(allocator));
         }
         let pilots = shown.predicted.filter(|predicted| !predicted.is_rough);
         shown.predicted = pilots.or(Predicted::by(planner, self.start.elapsed()));
@@ -232,7 +232,7 @@ impl<'a> Run<'a> {
         rendered.elapsed = self.before + self.start.elapsed();
         rendered.rays += totals.rays;
         rendered.rejected.merge(totals.rejected);
-        rendered.looks = planner.looks().to_vec();
+        rendered.error_records = planner.error_records().to_vec();
         rendered.planner = Some(planner.state());
     }
 

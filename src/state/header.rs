@@ -17,7 +17,7 @@ use crate::integrator::RayCounts;
 use crate::memory;
 use crate::render::adaptive::allocation::Allocation;
 use crate::render::budget::PlannerState;
-use crate::render::convergence::Look;
+use crate::render::convergence::ErrorRecord;
 use crate::render::settings::MAX_SPP;
 use crate::render::{Rejected, Rendered};
 use serde::{Deserialize, Serialize};
@@ -79,7 +79,8 @@ pub struct StateHeader {
     /// Samples that were not finite.
     pub rejected: Rejected,
     /// The estimates of the error during the render.
-    pub looks: Vec<Look>,
+    #[serde(rename = "looks")]
+    pub error_records: Vec<ErrorRecord>,
     /// The plan of the next estimate.
     pub planner: Option<PlannerState>,
     /// The samples of each batch that splats are divided by, if the integrator splats.
@@ -122,7 +123,7 @@ impl StateHeader {
             seconds: 0.0,
             rays: RayCounts::default(),
             rejected: Rejected::default(),
-            looks: vec![],
+            error_records: vec![],
             planner: None,
             splat_samples: None,
             layers: vec![],
@@ -158,7 +159,7 @@ impl StateHeader {
             seconds: rendered.elapsed.as_secs_f64(),
             rays: rendered.rays,
             rejected: rendered.rejected,
-            looks: rendered.looks.clone(),
+            error_records: rendered.error_records.clone(),
             planner: rendered.planner,
             splat_samples: film.splats().map(Splats::samples),
             layers: layers.iter().map(|layer| layer.name.clone()).collect(),

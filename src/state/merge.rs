@@ -20,12 +20,12 @@ use crate::error::{Error, Result};
 use crate::film::batches::BATCHES;
 use crate::render::CONFIDENCE;
 use crate::render::adaptive::allocation::Allocation;
-use crate::render::convergence::Look;
+use crate::render::convergence::ErrorRecord;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The error is looked at when one part in this many of the samples is merged.
-const LOOK_DIVISOR: u64 = 4;
+/// The error is recorded when one part in this many of the samples is merged.
+const RECORD_DIVISOR: u64 = 4;
 
 /// The files of a render, which belong together.
 #[derive(Debug)]
@@ -106,9 +106,9 @@ impl Merge {
                 rays: Default::default(),
                 rejected: Default::default(),
                 wants_layers: self.parts.iter().any(|(_, header)| header.wants_layers),
-                // Looks at the first samples are looks of the whole.
-                looks: match first.done[0][0] {
-                    0 => first.looks.clone(),
+                // Records of the first samples are records of the whole.
+                error_records: match first.done[0][0] {
+                    0 => first.error_records.clone(),
                     _ => vec![],
                 },
                 planner: None,
@@ -127,13 +127,15 @@ impl Merge {
         for (place, (path, header)) in self.parts.iter().enumerate() {
             let file = next?;
             let then = merged + header.samples();
-            // A look at the error on the way tells how it falls.
-            if merged > 0 && LOOK_DIVISOR * merged <= total && LOOK_DIVISOR * then > total {
+            // A record on the way tells how the error falls.
+            if merged > 0 && RECORD_DIVISOR * merged <= total && RECORD_DIVISOR * then > total {
                 let error = sum.film.error(CONFIDENCE);
                 let worth = sum.worth_of(merged);
-                sum.header.looks.retain(|look| look.samples < worth);
-                let look = error.map(|error| Look::new(worth, &error));
-                sum.header.looks.extend(look);
+                sum.header
+                    .error_records
+                    .retain(|record| record.samples < worth);
+                let error_record = error.map(|error| ErrorRecord::new(worth, &error));
+                sum.header.error_records.extend(error_record);
             }
             if let Some(pilot) = &header.pilot
                 && self.is_pilot_alone(place, pilot)

@@ -38,7 +38,7 @@ use crate::film::batches::BATCHES;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::Layer;
 use crate::render::adaptive::allocation::Allocation;
-use crate::render::convergence::{Forecast, Look, stated};
+use crate::render::convergence::{ErrorRecord, Forecast, stated};
 use crate::render::settings::SamplerKind;
 use crate::render::{Rendered, check_found_light};
 pub use file::{FORMAT, read_header, with_checksum};
@@ -74,7 +74,7 @@ impl State {
     /// The estimated error of the samples, with an upper bound of this confidence; `None` if it cannot be estimated.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let error = self.film.error(confidence)?;
-        Some(stated(error, self.even_spp(), &self.header.looks))
+        Some(stated(error, self.even_spp(), &self.header.error_records))
     }
 
     /// The samples per pixel, distributed evenly, that have this error.
@@ -94,13 +94,13 @@ impl State {
             return None;
         }
         let samples = self.even_spp();
-        let mut looks = self.header.looks.clone();
-        looks.retain(|look| look.samples < samples);
-        looks.push(Look::new(samples, &error));
+        let mut error_records = self.header.error_records.clone();
+        error_records.retain(|record| record.samples < samples);
+        error_records.push(ErrorRecord::new(samples, &error));
         let pixels = self.header.window.pixel_count();
         let is_sobol = self.header.identity.name("sampler") == SamplerKind::Sobol.name();
         let in_steps = is_sobol && allocation.is_none();
-        let forecast = Forecast::new(&looks, pixels, confidence, in_steps)?;
+        let forecast = Forecast::new(&error_records, pixels, confidence, in_steps)?;
         let needed = forecast.samples_for(target);
         let needed = allocation.map_or(needed, |it| it.level_of(needed));
         let needed = needed.ceil().min(1e18) as u64;
@@ -135,7 +135,7 @@ impl State {
         let elapsed = std::time::Duration::try_from_secs_f64(header.seconds);
         rendered.elapsed = elapsed.unwrap_or_default();
         (rendered.rays, rendered.rejected) = (header.rays, header.rejected);
-        (rendered.looks, rendered.planner) = (header.looks, header.planner);
+        (rendered.error_records, rendered.planner) = (header.error_records, header.planner);
         Ok(())
     }
 

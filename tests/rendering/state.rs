@@ -275,7 +275,7 @@ fn state_resumes_to_more_samples_and_to_an_error_target() {
         assert!(resumed(&more).image() == whole.image(), "{integrator:?}");
     }
 
-    // A render to an error, saved between two of its looks, ends after as many samples.
+    // A render to an error, saved between two of its estimates, ends after as many samples.
     let mut to_error = RenderOptions::default();
     to_error.error = Some(0.02);
     let whole = session

@@ -1,15 +1,15 @@
-//! The time and the samples that `render --error` takes to some errors, by the looks of a render at its own error.
+//! The time and the samples that `render --error` takes to some errors, by the records of a render's own error.
 //!
 //! The forecast is that of `--error` itself: it ends where the bound of the error is small enough.
 //!
 //! Measure: samples per pixel; seconds at the scene's own size; errors as roots of relMSE.
-//! Range: at least one look; intervals have a confidence of 95 %, for the uncertainty of the error and of its power law.
+//! Range: at least one record; intervals have a confidence of 95 %, for the uncertainty of the error and of its power law.
 //! Source: `src/render/convergence.rs`, `src/render/budget.rs`. Tested below and in `cli/tests/command/price.rs`.
 
 use crate::study::answer::Answer;
 use crate::study::bootstrap::Ranged;
 use etendue::internals::render::CONFIDENCE;
-use etendue::internals::render::convergence::{Forecast, Look, PowerLaw};
+use etendue::internals::render::convergence::{ErrorRecord, Forecast, PowerLaw};
 use serde::Serialize;
 
 /// The number of standard errors of an interval.
@@ -38,11 +38,11 @@ pub struct PriceRow {
 /// The facts from which prices follow.
 #[derive(Debug, Clone, Copy)]
 pub struct PriceInput<'a> {
-    /// All looks, from few samples to many.
-    pub looks: &'a [Look],
+    /// All records of the error, from few samples to many.
+    pub error_records: &'a [ErrorRecord],
     /// The samples per pixel that were rendered.
     pub spp: f64,
-    /// The evenly distributed ones that they are worth, as those of the looks.
+    /// The evenly distributed ones that they are worth, as those of the records.
     pub worth: f64,
     /// The number of pixels of the scene's own size.
     pub pixels: u64,
@@ -67,7 +67,11 @@ impl PriceInput<'_> {
             time: Answer::Unknown(why.to_owned()),
         };
         let time = |spp: f64| self.start + self.pace * spp;
-        if self.looks.iter().all(|look| look.rel_rmse < ROUNDING) {
+        if self
+            .error_records
+            .iter()
+            .all(|record| record.rel_rmse < ROUNDING)
+        {
             return PriceRow {
                 error,
                 spp: Some(MIN_SPP),
@@ -98,29 +102,29 @@ impl PriceInput<'_> {
         }
     }
 
-    /// The samples, distributed evenly, with which `--error` ends, and the look that forecasts them: the first that
+    /// The samples, distributed evenly, with which `--error` ends, and the record that forecasts them: the first that
     /// does so before the next.
     fn ends(&self, error: f64) -> Option<(usize, f64)> {
         let forecast = |index: usize| {
-            let looks = &self.looks[..=index];
-            let forecast = Forecast::new(looks, self.pixels, CONFIDENCE, self.in_steps)?;
+            let error_records = &self.error_records[..=index];
+            let forecast = Forecast::new(error_records, self.pixels, CONFIDENCE, self.in_steps)?;
             Some((index, forecast.samples_for(error)))
         };
-        let all = (0..self.looks.len()).filter_map(forecast);
+        let all = (0..self.error_records.len()).filter_map(forecast);
         let is_before_next = |&(index, samples): &(usize, f64)| {
-            let next = self.looks.get(index + 1);
+            let next = self.error_records.get(index + 1);
             next.is_none_or(|next| samples <= next.samples)
         };
         all.into_iter().find(is_before_next)
     }
 
-    /// The interval of the samples, by the look that forecasts them.
+    /// The interval of the samples, by the record that forecasts them.
     fn interval(&self, index: usize, error: f64, value: f64) -> Ranged {
-        let look = &self.looks[index];
-        let law = PowerLaw::of(&self.looks[..=index]);
-        let factor = (look.rel_rmse / error).max(1.0);
+        let error_record = &self.error_records[index];
+        let law = PowerLaw::of(&self.error_records[..=index]);
+        let factor = (error_record.rel_rmse / error).max(1.0);
         let [fast, likely, slow] = law.samples_for(factor);
-        let margin = (SIGMAS * look.uncertainty)
+        let margin = (SIGMAS * error_record.uncertainty)
             .hypot(SIGMAS * self.pace_error)
             .min(2.0);
         Ranged {
@@ -135,22 +139,22 @@ impl PriceInput<'_> {
 mod tests {
     use super::*;
 
-    /// Looks at an error of 1 / sqrt(N) at 16, 64, 128 ... 1024 samples.
-    fn looks() -> Vec<Look> {
+    /// Records of an error of 1 / sqrt(N) at 16, 64, 128 ... 1024 samples.
+    fn error_records() -> Vec<ErrorRecord> {
         let samples = [16.0, 64.0, 128.0, 256.0, 512.0, 1024.0];
-        let look = |samples: f64| Look {
+        let error_record = |samples: f64| ErrorRecord {
             samples,
             rel_rmse: 1.0 / samples.sqrt(),
             uncertainty: 0.02,
             bias: 0.0,
             largest_sample: 0.0,
         };
-        samples.map(look).to_vec()
+        samples.map(error_record).to_vec()
     }
 
-    fn facts<'a>(looks: &'a [Look], doubt: Option<&'a str>) -> PriceInput<'a> {
+    fn facts<'a>(error_records: &'a [ErrorRecord], doubt: Option<&'a str>) -> PriceInput<'a> {
         PriceInput {
-            looks,
+            error_records,
             spp: 1024.0,
             worth: 1024.0,
             pixels: 1 << 20,
@@ -164,8 +168,8 @@ mod tests {
 
     #[test]
     fn time_is_measured_within_rendered_spp_and_extrapolated_beyond() {
-        let looks = looks();
-        let facts = facts(&looks, None);
+        let error_records = error_records();
+        let facts = facts(&error_records, None);
         let [ten, one] = [0.1, 0.01].map(|error| facts.row(error));
         let Answer::Measured(range) = ten.time else {
             panic!("100 samples and a few to be sure: {ten:?}");
@@ -183,35 +187,37 @@ mod tests {
 
     #[test]
     fn large_error_is_reached_by_the_shortest_render() {
-        let looks = looks();
-        let row = facts(&looks, None).row(0.4);
+        let error_records = error_records();
+        let row = facts(&error_records, None).row(0.4);
         assert_eq!((row.spp, row.time), (Some(24.0), Answer::AtOnce(12.0)));
     }
 
     #[test]
     fn doubt_makes_extrapolated_times_unknown() {
-        let looks = looks();
-        let facts = facts(&looks, Some("rare"));
+        let error_records = error_records();
+        let facts = facts(&error_records, Some("rare"));
         assert!(matches!(facts.row(0.1).time, Answer::Measured(_)));
         assert_eq!(facts.row(0.01).time, Answer::Unknown("rare".to_owned()));
     }
 
     #[test]
     fn zero_error_gives_an_exact_answer() {
-        let mut looks = looks();
-        looks.iter_mut().for_each(|look| look.rel_rmse = 0.0);
+        let mut error_records = error_records();
+        error_records
+            .iter_mut()
+            .for_each(|record| record.rel_rmse = 0.0);
         // `--error` takes that many to see that there is no noise.
-        let row = facts(&looks, None).row(0.001);
+        let row = facts(&error_records, None).row(0.001);
         assert_eq!((row.spp, row.time), (Some(24.0), Answer::Exact(12.0)));
     }
 
     #[test]
     fn time_before_the_first_sample_is_added_once() {
-        let looks = looks();
+        let error_records = error_records();
         let of_start = |start: f64| {
             let facts = PriceInput {
                 start,
-                ..facts(&looks, None)
+                ..facts(&error_records, None)
             };
             [0.1, 0.01].map(|error| facts.row(error).time.seconds().expect("known"))
         };
@@ -223,9 +229,9 @@ mod tests {
 
     #[test]
     fn adaptive_samples_are_converted_by_their_worth() {
-        let looks = looks();
-        let even = facts(&looks, None);
-        // The looks count samples that are worth as much, of which the render took half as many.
+        let error_records = error_records();
+        let even = facts(&error_records, None);
+        // The records count samples that are worth as much, of which the render took half as many.
         let adaptive = PriceInput { spp: 512.0, ..even };
         for error in [0.1, 0.01] {
             let [even, adaptive] = [even.row(error), adaptive.row(error)];

@@ -1,5 +1,5 @@
 //! Measures a price: the pace at the scene's own size, the sources of the error and cheaper ways with small images, then
-//! one render for the rest of the time, whose looks at its own error give the answers.
+//! one render for the rest of the time, whose records of its own error give the answers.
 //!
 //! Measure: seconds.
 //! Range: a budget for the pilot and one sample of each pixel; a smaller one, a black image and an unknown error are
@@ -21,7 +21,7 @@ use crate::study::variant::Variant;
 use etendue::internals::accel::{AccelOptions, Precision};
 use etendue::internals::film::Doubt;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::render::convergence::Look;
+use etendue::internals::render::convergence::ErrorRecord;
 use etendue::internals::render::settings::{
     Adaptive, Budget, ErrorTarget, RenderSettings, SamplerKind,
 };
@@ -55,7 +55,7 @@ const OBSERVED: [u64; 2] = [8, 64];
 /// A relative standard error of the pace, which differs between renders on a machine with nothing else to do.
 const PACE_ERROR: f64 = 0.02;
 
-/// An error that no forecast reaches, so that the longest render looks at its error until its time is over.
+/// An error that no forecast reaches, so that the longest render records its error until its time is over.
 const UNREACHED: f64 = 1e-9;
 
 /// The offset of the seeds, which are combined with the user's.
@@ -347,17 +347,20 @@ impl PriceMeasurement<'_> {
                 false => Err(self.too_small()),
             };
         };
-        let mut looks = rendered.looks.clone();
-        if looks.is_empty() {
+        let mut error_records = rendered.error_records.clone();
+        if error_records.is_empty() {
             let spp = rendered.spp;
-            looks.push(Look::new(rendered.worth.unwrap_or(spp as f64), &error));
+            error_records.push(ErrorRecord::new(
+                rendered.worth.unwrap_or(spp as f64),
+                &error,
+            ));
             let note = format!("the error is that of {spp} samples only: give a larger --budget");
             self.report.notes.push(note);
         }
         let (width, height) = self.report.full_size;
         let doubt = error.doubt.map(in_words);
         let facts = PriceInput {
-            looks: &looks,
+            error_records: &error_records,
             spp: rendered.spp as f64,
             worth: rendered.worth.unwrap_or(rendered.spp as f64),
             pixels: u64::from(width) * u64::from(height),

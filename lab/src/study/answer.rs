@@ -12,7 +12,7 @@ use super::fit::{Curve, TimeLaw};
 use super::gram::Estimate;
 use super::law::{Law, NoLaw};
 use etendue::internals::render::CONFIDENCE;
-use etendue::internals::render::convergence::{Forecast, Look};
+use etendue::internals::render::convergence::{ErrorRecord, Forecast};
 use serde::Serialize;
 
 /// A root of relMSE that rounding to single precision explains.
@@ -80,7 +80,7 @@ pub(super) struct AnswerInput<'a> {
     /// The half width of the interval of the logarithm of the pace.
     pub pace_margin: f64,
     /// The error as a render estimates it, and the number of pixels at the scene's own size.
-    pub look: Option<Look>,
+    pub error_record: Option<ErrorRecord>,
     pub pixels: u64,
     /// The factor of the error at the scene's own size, relative to that of the curve.
     pub error_factor: f64,
@@ -165,13 +165,13 @@ impl AnswerInput<'_> {
 
     /// The factor by which `--error` takes more samples than the error itself, to be sure of it.
     fn certainty(&self, error: f64) -> f64 {
-        let Some(look) = self.look else {
+        let Some(error_record) = self.error_record else {
             return 1.0;
         };
-        // The uncertainty of the squared error is known at the look only; that of fewer samples is about as large.
-        let error = (error / self.error_factor).min(look.rel_rmse);
-        let forecast = Forecast::new(&[look], self.pixels, CONFIDENCE, false);
-        let independent = look.samples * (look.rel_rmse / error).powi(2);
+        // The uncertainty of the squared error is known at the record only; that of fewer samples is about as large.
+        let error = (error / self.error_factor).min(error_record.rel_rmse);
+        let forecast = Forecast::new(&[error_record], self.pixels, CONFIDENCE, false);
+        let independent = error_record.samples * (error_record.rel_rmse / error).powi(2);
         let factor = forecast.map_or(1.0, |it| it.samples_for(error) / independent);
         factor.clamp(1.0, MAX_CERTAINTY)
     }
@@ -223,7 +223,7 @@ mod tests {
                 sample: 1.0,
             },
             pace_margin: 0.02,
-            look: None,
+            error_record: None,
             pixels: 1 << 20,
             error_factor: 1.0,
         };
@@ -284,7 +284,7 @@ mod tests {
                 sample: 1.0,
             },
             pace_margin: 0.0,
-            look: None,
+            error_record: None,
             pixels: 1,
             error_factor: 1.0,
         };
@@ -299,7 +299,7 @@ mod tests {
         };
         let curve = Curve::new(&[level(1.0), level(2.0), level(4.0)], 3);
         let no_bias = bias(0.0, false);
-        let facts = |look| AnswerInput {
+        let facts = |error_record| AnswerInput {
             law: curve.law(),
             curve: &curve,
             bias: &no_bias,
@@ -310,30 +310,32 @@ mod tests {
                 sample: 1.0,
             },
             pace_margin: 0.0,
-            look,
+            error_record,
             pixels: 100_000,
             error_factor: 1.0,
         };
-        let look = Look {
+        let error_record = ErrorRecord {
             samples: 4.0,
             rel_rmse: 0.16,
             uncertainty: 0.05,
             bias: 0.0,
             largest_sample: 0.0,
         };
-        let [sure, unsure] = [Some(look), None].map(|look| match facts(look).answer(0.01) {
-            Answer::Law(range) => range,
-            other => panic!("{other:?}"),
-        });
+        let [sure, unsure] =
+            [Some(error_record), None].map(|error_record| match facts(error_record).answer(0.01) {
+                Answer::Law(range) => range,
+                other => panic!("{other:?}"),
+            });
         assert_eq!(sure.value, unsure.value);
         // At least the 3 % of the smoothing's bias, and what is left of the uncertainty.
         let more = sure.high / unsure.high;
         assert!((1.03..1.1).contains(&more), "{more}");
-        // An error that was reached takes certainty, too: all of the uncertainty of the look.
-        let [sure, unsure] = [Some(look), None].map(|look| match facts(look).answer(0.2) {
-            Answer::Measured(range) => range,
-            other => panic!("{other:?}"),
-        });
+        // An error that was reached takes certainty, too: all of the uncertainty of the record.
+        let [sure, unsure] =
+            [Some(error_record), None].map(|error_record| match facts(error_record).answer(0.2) {
+                Answer::Measured(range) => range,
+                other => panic!("{other:?}"),
+            });
         let more = sure.high / unsure.high;
         assert!((1.05..1.3).contains(&more), "{more}");
     }

@@ -36,7 +36,7 @@ impl<'a> ComparedRenders<'a> {
             task,
             seed,
             image,
-            look,
+            error_record,
             seconds,
             repeated,
             disturbed,
@@ -50,7 +50,7 @@ impl<'a> ComparedRenders<'a> {
         let column: Vec<f64> = column.collect();
         let [rel_mse, trimmed] = references.rel_mse(&image);
         let study = &mut report.variants[task.variant];
-        study.look = study.look.or(look);
+        study.error_record = study.error_record.or(error_record);
         study.repeated += usize::from(repeated);
         study.disturbed += usize::from(disturbed);
         let level = &mut study.levels[task.level as usize];

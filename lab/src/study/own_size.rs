@@ -14,7 +14,7 @@
 
 use super::fit::TimeLaw;
 use etendue::internals::math::stats::normal_quantile;
-use etendue::internals::render::convergence::Look;
+use etendue::internals::render::convergence::ErrorRecord;
 use serde::{Deserialize, Serialize};
 
 /// The largest factor between the pace at the own size and that of as many pixels of a smaller image.
@@ -54,7 +54,7 @@ impl OwnError {
     };
 
     /// The factor by estimates of the error at the own size and at the smaller one.
-    pub fn of(own: &[Look], small: &[Look]) -> Self {
+    pub fn of(own: &[ErrorRecord], small: &[ErrorRecord]) -> Self {
         let pairs = own.iter().filter_map(|own| {
             let small = small.iter().find(|it| it.samples == own.samples)?;
             let ratio = 2.0 * (own.rel_rmse / small.rel_rmse).ln();
@@ -157,8 +157,8 @@ mod tests {
         }
     }
 
-    fn look(samples: f64, rel_rmse: f64, uncertainty: f64) -> Look {
-        Look {
+    fn error_record(samples: f64, rel_rmse: f64, uncertainty: f64) -> ErrorRecord {
+        ErrorRecord {
             samples,
             rel_rmse,
             uncertainty,
@@ -170,11 +170,16 @@ mod tests {
     #[test]
     fn error_factor_is_measured_where_it_is_certain() {
         let small = [
-            look(4.0, 0.4, 0.05),
-            look(8.0, 0.2, 0.05),
-            look(16.0, 0.1, 0.05),
+            error_record(4.0, 0.4, 0.05),
+            error_record(8.0, 0.2, 0.05),
+            error_record(16.0, 0.1, 0.05),
         ];
-        let own = |uncertainty: f64| [look(4.0, 0.3, 0.01), look(8.0, 0.1, uncertainty)];
+        let own = |uncertainty: f64| {
+            [
+                error_record(4.0, 0.3, 0.01),
+                error_record(8.0, 0.1, uncertainty),
+            ]
+        };
         // Half of the error is a quarter of relMSE.
         let certain = OwnError::of(&own(0.01), &small);
         assert!((0.25..0.32).contains(&certain.factor), "{certain:?}");
@@ -186,7 +191,7 @@ mod tests {
             "{rough:?}"
         );
         // Without two estimates after as many samples, little is known.
-        for own in [&[][..], &[look(2.0, 0.1, 0.01)]] {
+        for own in [&[][..], &[error_record(2.0, 0.1, 0.01)]] {
             let unknown = OwnError::of(own, &small);
             assert!(
                 unknown.factor == 1.0 && unknown.margin > rough.margin,

@@ -15,7 +15,7 @@ use super::schedule::Schedule;
 use super::settings::StudyClock;
 use etendue::internals::image::Image;
 use etendue::internals::render::CONFIDENCE;
-use etendue::internals::render::convergence::Look;
+use etendue::internals::render::convergence::ErrorRecord;
 use etendue::{Error, Result};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -50,7 +50,7 @@ pub(super) struct MeasuredCosts {
     /// Samples per pixel and seconds of the renders of each variant.
     points: Vec<Vec<[f64; 2]>>,
     /// The estimates of their errors.
-    looks: Vec<Vec<Look>>,
+    error_records: Vec<Vec<ErrorRecord>>,
 }
 
 impl MeasuredCosts {
@@ -106,7 +106,7 @@ impl Study<'_> {
                 let share = pixels(full) / pixels(size);
                 let small = self.report.variants.iter().map(|study| study.warm_up);
                 let own = own_times(&costs.points, &small.collect::<Vec<_>>(), share);
-                let errors = costs.looks.iter().zip(&again.looks);
+                let errors = costs.error_records.iter().zip(&again.error_records);
                 let errors = errors.map(|(own, small)| OwnError::of(own, small));
                 let variants = self.report.variants.iter_mut();
                 for (study, (own, error)) in variants.zip(own.into_iter().zip(errors)) {
@@ -145,10 +145,10 @@ impl Study<'_> {
         let variants = self.settings.variants.iter().chain([&reference]);
         let seconds = (share * self.settings.budget).min(most);
         let each = seconds / (self.settings.variants.len() + 1) as f64;
-        let (mut laws, mut all_points, mut all_looks) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut laws, mut all_points, mut all_records) = (Vec::new(), Vec::new(), Vec::new());
         let mut comparison = 0.0;
         for (index, variant) in variants.enumerate() {
-            let (mut points, mut looks) = (Vec::new(), Vec::new());
+            let (mut points, mut error_records) = (Vec::new(), Vec::new());
             let least = variant.settings.least_samples();
             let (mut times, mut spent) = (1, 0.0);
             loop {
@@ -161,7 +161,8 @@ impl Study<'_> {
                 };
                 points.push([times as f64, shot.seconds.wall]);
                 let error = shot.film.error(CONFIDENCE);
-                looks.extend(error.map(|error| Look::new((times * least) as f64, &error)));
+                error_records
+                    .extend(error.map(|error| ErrorRecord::new((times * least) as f64, &error)));
                 spent += shot.seconds.wall;
                 // The next render takes about twice as long.
                 if points.len() > 2 && 2.0 * shot.seconds.wall + spent > each {
@@ -182,19 +183,19 @@ impl Study<'_> {
             laws.push(law);
             let of_samples = |&[times, seconds]: &[f64; 2]| [times * least as f64, seconds];
             all_points.push(points[1..].iter().map(of_samples).collect());
-            all_looks.push(looks);
+            all_records.push(error_records);
         }
         let reference = laws.pop().expect("the reference is the last");
         for law in &mut laws {
             law.start += comparison;
         }
         all_points.pop();
-        all_looks.pop();
+        all_records.pop();
         Ok(Some(MeasuredCosts {
             laws,
             reference,
             points: all_points,
-            looks: all_looks,
+            error_records: all_records,
         }))
     }
 
@@ -272,7 +273,7 @@ mod tests {
             laws: vec![law; 2],
             reference: law,
             points: Vec::new(),
-            looks: Vec::new(),
+            error_records: Vec::new(),
         }
     }
 

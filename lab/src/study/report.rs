@@ -17,7 +17,7 @@ use super::shown_images::ShownImages;
 use super::variance::PathShares;
 use super::variant::VariantReport;
 use etendue::internals::math::stats::Spread;
-use etendue::internals::render::convergence::Look;
+use etendue::internals::render::convergence::ErrorRecord;
 use serde::Serialize;
 
 /// The report of a whole study.
@@ -97,7 +97,8 @@ pub struct VariantStudy {
     /// Number of renders whose repetition was disturbed, too, or that could not be repeated for lack of time.
     pub disturbed: usize,
     /// The error as a render estimates it, from which the certainty follows that `--error` asks for.
-    pub look: Option<Look>,
+    #[serde(rename = "look")]
+    pub error_record: Option<ErrorRecord>,
     /// The reliability of its error bars.
     pub bars: Option<BarsReport>,
     /// The p-value of each tile's mean against that of the references.

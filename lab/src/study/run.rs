@@ -92,7 +92,7 @@ fn blank(
         levels: Vec::new(),
         repeated: 0,
         disturbed: 0,
-        look: None,
+        error_record: None,
         bars: None,
         tile_p_values: Vec::new(),
         paths: None,

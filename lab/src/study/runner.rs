@@ -17,7 +17,7 @@ use etendue::Result;
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::render::CONFIDENCE;
-use etendue::internals::render::convergence::Look;
+use etendue::internals::render::convergence::ErrorRecord;
 use etendue::internals::sampler::hash::combine;
 
 /// The maximum relative deviation from the usual ratio for an undisturbed render.
@@ -64,7 +64,7 @@ pub struct LevelRender {
     /// Its image.
     pub image: Image,
     /// Its error as the render estimates it: of the longest level, unless it is in doubt.
-    pub look: Option<Look>,
+    pub error_record: Option<ErrorRecord>,
     /// Its duration; for a repeated render, that of the second run.
     pub seconds: Seconds,
     /// Whether it was repeated.
@@ -145,7 +145,7 @@ impl<'a> Runner<'a> {
             task,
             seed,
             image: shot.film.develop(),
-            look: error.map(|error| Look::new(spp as f64, &error)),
+            error_record: error.map(|error| ErrorRecord::new(spp as f64, &error)),
             seconds: shot.seconds,
             repeated,
             disturbed,

@@ -190,7 +190,7 @@ fn summary(
         variance: variance_of_sample(last)?,
         time: own_time,
         pace_margin: pace_margin(last).hypot(own_margin),
-        look: study.look,
+        error_record: study.error_record,
         pixels: own_pixels as u64,
         error_factor: own_error.factor.sqrt(),
     };
@@ -283,7 +283,7 @@ mod tests {
             levels: [1, 2, 4, 8].map(level).to_vec(),
             repeated: 0,
             disturbed: 0,
-            look: None,
+            error_record: None,
             bars: None,
             tile_p_values: Vec::new(),
             paths: None,

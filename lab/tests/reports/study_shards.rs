@@ -87,7 +87,7 @@ fn single_shard_has_the_errors_of_the_study() {
     let one = merged(&settings, &plan, vec![part]).expect("merged");
     assert!(one.complete);
     for (a, b) in whole.variants.iter().zip(&one.variants) {
-        assert_eq!(a.look, b.look);
+        assert_eq!(a.error_record, b.error_record);
         for (a, b) in a.levels.iter().zip(&b.levels) {
             assert_eq!((a.spp, &a.gram), (b.spp, &b.gram));
         }

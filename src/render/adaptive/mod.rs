@@ -8,7 +8,9 @@
 pub mod allocation;
 mod greedy;
 
-use super::settings::{Adaptive, MAX_SHARE_OF_PILOT, PILOT, RenderSettings, SHARE_OF_PILOT};
+use super::settings::{
+    ADAPTIVE_PILOT, Adaptive, MAX_SHARE_OF_PILOT, RenderSettings, SHARE_OF_PILOT,
+};
 use crate::film::Film;
 use allocation::Allocation;
 use std::ops::Range;
@@ -17,7 +19,7 @@ use std::sync::Arc;
 /// Whether a pilot of `level` samples per pixel, which has used up the share `used` of the budget, is long enough.
 fn is_over(level: u64, used: f64) -> bool {
     let uses = |share: u64| used * share as f64 >= 1.0;
-    uses(MAX_SHARE_OF_PILOT) || (level >= PILOT && uses(SHARE_OF_PILOT))
+    uses(MAX_SHARE_OF_PILOT) || (level >= ADAPTIVE_PILOT && uses(SHARE_OF_PILOT))
 }
 
 /// The samples of the next pass.
@@ -134,7 +136,7 @@ mod tests {
             assert!(over(expected), "{spp}");
             assert!(expected == BATCHES || !over(expected - BATCHES), "{spp}");
         }
-        assert_eq!(Budget::default().pilot(), PILOT);
+        assert_eq!(Budget::default().pilot(), ADAPTIVE_PILOT);
         // The share that is used up is forecast from the error, and is zero for a black image.
         assert!(!is_over(512, 0.0));
         assert!(is_over(16, 0.25), "there is no more time");

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
 /// The samples per pixel of an adaptive render's pilot, where that is not too large a share.
-pub const PILOT: u64 = 64;
+pub const ADAPTIVE_PILOT: u64 = 64;
 
 /// The pilot ends at the latest when one part in this many of the budget is used up ...
 pub const MAX_SHARE_OF_PILOT: u64 = 4;
@@ -56,13 +56,15 @@ impl Budget {
     /// The samples per pixel of an adaptive render's pilot, as far as they are known before the first of them.
     pub fn pilot(self) -> u64 {
         let may_end_before = self.error.is_some() || self.time.is_some();
-        let samples = self.spp.map_or(PILOT, |spp| {
+        let samples = self.spp.map_or(ADAPTIVE_PILOT, |spp| {
             let long = if may_end_before {
                 0
             } else {
                 spp.div_ceil(SHARE_OF_PILOT)
             };
-            PILOT.min(spp.div_ceil(MAX_SHARE_OF_PILOT)).max(long)
+            ADAPTIVE_PILOT
+                .min(spp.div_ceil(MAX_SHARE_OF_PILOT))
+                .max(long)
         });
         samples.max(1).next_multiple_of(BATCHES)
     }

@@ -12,8 +12,8 @@ mod rules;
 mod validate;
 
 pub use choices::{Adaptive, LightPathRule, PathReuseRule, SamplerKind};
+pub(super) use limits::{ADAPTIVE_PILOT, MAX_SHARE_OF_PILOT, SHARE_OF_PILOT};
 pub use limits::{Budget, ErrorTarget};
-pub(super) use limits::{MAX_SHARE_OF_PILOT, PILOT, SHARE_OF_PILOT};
 pub use of_scene::DEFAULT_CACHE_ERROR;
 pub use validate::MAX_SPP;
 

@@ -66,7 +66,7 @@ fn variant(integrator: &'static str, bias: f64) -> VariantStudy {
         levels: [1, 2, 4, 8].map(|spp| level(spp, bias)).to_vec(),
         repeated: 1,
         disturbed: 0,
-        look: None,
+        error_record: None,
         bars: None,
         tile_p_values: vec![0.1, 0.5, 0.9],
         paths: None,

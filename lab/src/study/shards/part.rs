@@ -14,7 +14,7 @@ use etendue::internals::image::{
     ColourSpace, Image, LayeredImage, MetadataValue, WriteOptions, write,
 };
 use etendue::internals::math::rgb::Rgb;
-use etendue::internals::render::convergence::Look;
+use etendue::internals::render::convergence::ErrorRecord;
 use etendue::internals::session::layers::channels;
 use etendue::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -53,7 +53,8 @@ struct ShardMetadata {
 struct RenderFacts {
     task: Task,
     seed: u64,
-    look: Option<Look>,
+    #[serde(rename = "look")]
+    error_record: Option<ErrorRecord>,
     seconds: Seconds,
     repeated: bool,
     disturbed: bool,
@@ -139,7 +140,7 @@ impl StudyPart {
                 task: facts.task,
                 seed: facts.seed,
                 image: image_of(&layer_name(index))?,
-                look: facts.look,
+                error_record: facts.error_record,
                 seconds: facts.seconds,
                 repeated: facts.repeated,
                 disturbed: facts.disturbed,
@@ -195,7 +196,7 @@ fn facts_of(render: &LevelRender) -> RenderFacts {
     RenderFacts {
         task: render.task,
         seed: render.seed,
-        look: render.look,
+        error_record: render.error_record,
         seconds: render.seconds,
         repeated: render.repeated,
         disturbed: render.disturbed,

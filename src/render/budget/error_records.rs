@@ -1,33 +1,33 @@
 //! The sample counts at which a render estimates its error, and the samples that it still takes to reach the requested one.
 //!
 //! Measure: samples per pixel, the mean where pixels differ; roots of relMSE.
-//! Range: forecasts of at most `MAX_FORECAST` samples; without an error to reach, looks are for the record.
+//! Range: forecasts of at most `MAX_FORECAST` samples; without an error to reach, the estimates only show how the error falls.
 //! Source: docs/accuracy.md, "The error that is printed"; `render/convergence.rs`. Tested below.
 
 use super::PassPlanner;
 use crate::film::ErrorEstimate;
 use crate::render::adaptive::allocation::Allocation;
-use crate::render::convergence::{Forecast, Look, stated};
+use crate::render::convergence::{ErrorRecord, Forecast, stated};
 use serde::{Deserialize, Serialize};
 
 /// The samples per pixel after which the error is estimated for the first time, and for the second time at the latest: the
 /// pilot. The second estimate comes earlier where the first one forecasts that fewer samples are enough.
-pub(super) const PILOT: [u64; 2] = [16, 64];
+pub(super) const FORECAST_PILOT: [u64; 2] = [16, 64];
 
-/// A pilot has at least one in this many of the samples that it forecasts: a shorter one would extrapolate the power
-/// law too far.
-const SHARE_OF_PILOT: u64 = 4;
+/// The largest ratio of the samples that are forecast to those of the pilot: beyond it, the power law would be extrapolated
+/// too far.
+const MAX_FORECAST_RATIO: u64 = 4;
 
-/// The samples per pixel of the first look at how the error falls, where no error is requested; the next look is after
-/// [`BETWEEN_LOOKS`] times as many.
-pub(super) const FIRST_LOOK: u64 = 64;
-/// The ratio of the samples of one such look to those of the look before.
-pub(super) const BETWEEN_LOOKS: u64 = 4;
+/// The samples per pixel of the first estimate where no error is requested; the next estimate is after
+/// [`ESTIMATE_RATIO`] times as many.
+pub(super) const FIRST_ESTIMATE: u64 = 64;
+/// The ratio of the samples of one such estimate to those of the estimate before.
+pub(super) const ESTIMATE_RATIO: u64 = 4;
 
 /// The largest relative standard error of the squared error from which the samples to come can be forecast.
 const MAX_UNCERTAINTY: f64 = 0.12;
 
-/// The samples grow by at least one in this many from one look to the next.
+/// The samples grow by at least one in this many from one estimate to the next.
 const SMALL_STEP: u64 = 16;
 
 /// The next estimate of the error is made when, of the missing samples by the forecast, all but one in this many are
@@ -61,19 +61,19 @@ pub struct ForecastInput {
 }
 
 impl PassPlanner {
-    /// All looks at the error so far.
-    pub fn looks(&self) -> &[Look] {
-        &self.looks
+    /// The records of the error so far.
+    pub fn error_records(&self) -> &[ErrorRecord] {
+        &self.error_records
     }
 
-    /// The forecast of when the requested error is reached, by the last look.
+    /// The forecast of when the requested error is reached, by the last record.
     pub fn expected(&self) -> Option<Expected> {
         self.expected
     }
 
     /// Whether an estimate of the error is due.
-    pub fn is_look_due(&self) -> bool {
-        self.spp >= self.next_look
+    pub fn is_estimate_due(&self) -> bool {
+        self.spp >= self.next_estimate
     }
 
     /// Records an estimate of the error that was due, and decides when to make the next: where the requested error is
@@ -81,30 +81,30 @@ impl PassPlanner {
     ///
     /// Where samples are distributed by an allocation, the power law is that of what they are worth, distributed
     /// evenly.
-    pub fn add_look(&mut self, error: Option<ErrorEstimate>, allocation: Option<&Allocation>) {
+    pub fn record_error(&mut self, error: Option<ErrorEstimate>, allocation: Option<&Allocation>) {
         let Some(error) = error else {
             // A black image: light may still be found.
-            self.next_look = 2 * self.spp;
+            self.next_estimate = 2 * self.spp;
             return;
         };
         let worth = allocation.map_or(self.spp as f64, |allocation| allocation.worth(self.spp));
-        let error = stated(error, worth, &self.looks);
-        self.looks.push(Look::new(worth, &error));
+        let error = stated(error, worth, &self.error_records);
+        self.error_records.push(ErrorRecord::new(worth, &error));
         let Some(target) = self.budget.error else {
-            self.next_look = BETWEEN_LOOKS * self.spp;
+            self.next_estimate = ESTIMATE_RATIO * self.spp;
             return;
         };
-        let is_pilot = self.looks.len() < 2 && self.spp < PILOT[1];
+        let is_pilot = self.error_records.len() < 2 && self.spp < FORECAST_PILOT[1];
         if error.upper_bound <= target.rel_rmse && !is_pilot {
             self.is_reached = true;
             return;
         }
         if is_pilot {
-            self.next_look = PILOT[1];
+            self.next_estimate = FORECAST_PILOT[1];
         }
         let in_steps = self.forecast_input.in_steps && allocation.is_none();
         let Some(forecast) = Forecast::new(
-            &self.looks,
+            &self.error_records,
             self.forecast_input.pixels,
             target.confidence,
             in_steps,
@@ -118,19 +118,21 @@ impl PassPlanner {
         let least = self.spp + (self.spp / SMALL_STEP).max(1);
         let needed = needed.max(least).next_multiple_of(self.step);
         if is_pilot {
-            self.next_look = needed.clamp(3 * self.spp / 2, PILOT[1].max(2 * self.spp));
+            self.next_estimate =
+                needed.clamp(3 * self.spp / 2, FORECAST_PILOT[1].max(2 * self.spp));
         } else {
             self.expected = Some(Expected {
                 spp: needed,
                 error: error.rel_rmse,
-                is_rough: needed > SHARE_OF_PILOT * self.spp || error.uncertainty > MAX_UNCERTAINTY,
+                is_rough: needed > MAX_FORECAST_RATIO * self.spp
+                    || error.uncertainty > MAX_UNCERTAINTY,
             });
             // A forecast is better from closer by: the last step is a small one, so that it does not lead far beyond.
             let close = needed - (needed - self.spp) / LAST_STEP;
             let close = close.next_multiple_of(self.step);
             let leaves_a_step = needed >= close + (close / SMALL_STEP).max(1);
             let next = if leaves_a_step { close } else { needed };
-            self.next_look = next.min(2 * self.spp);
+            self.next_estimate = next.min(2 * self.spp);
         }
     }
 }
@@ -148,7 +150,7 @@ mod tests {
         in_steps: false,
     };
 
-    /// The samples, looks and forecast for a target if the error is `scale` times this power of the samples.
+    /// The samples, the samples of each estimate and the forecast for a target if the error is `scale` times this power of the samples.
     fn reach(target: f64, scale: f64, power: f64) -> (u64, Vec<u64>, Option<Expected>) {
         let error = ErrorTarget {
             rel_rmse: target,
@@ -159,12 +161,12 @@ mod tests {
             ..Budget::default()
         };
         let mut planner = PassPlanner::new(budget, 4, FORECAST_INPUT);
-        let (mut looks, mut first) = (Vec::new(), None);
+        let (mut estimated_at, mut first) = (Vec::new(), None);
         while let Some(samples) = planner.next_pass(Duration::ZERO, None) {
             assert_eq!(samples % 4, 0);
             planner.pass_done(samples);
-            if planner.is_look_due() {
-                looks.push(planner.spp());
+            if planner.is_estimate_due() {
+                estimated_at.push(planner.spp());
                 let rel_rmse = scale * (planner.spp() as f64).powf(-power);
                 let estimate = ErrorEstimate {
                     rel_rmse,
@@ -176,28 +178,28 @@ mod tests {
                     upper_bound: (1.0 + MODEL_ERROR).sqrt() * rel_rmse,
                     doubt: None,
                 };
-                planner.add_look(Some(estimate), None);
+                planner.record_error(Some(estimate), None);
                 first = first
                     .filter(|it: &Expected| !it.is_rough)
                     .or(planner.expected());
             }
         }
         assert!(planner.is_reached());
-        (planner.spp(), looks, first)
+        (planner.spp(), estimated_at, first)
     }
 
     #[test]
     fn error_target_is_met_closely_and_forecast_accurately() {
         for power in [0.5, 0.75, 1.0] {
             for target in [0.1, 0.05, 0.01, 0.003] {
-                let (spp, looks, forecast) = reach(target, 1.0, power);
+                let (spp, estimated_at, forecast) = reach(target, 1.0, power);
                 let needed = ((1.0 + MODEL_ERROR).sqrt() / target).powf(1.0 / power);
                 assert!(spp as f64 >= needed, "{target} {power}: {spp}");
                 assert!(
                     spp as f64 <= 1.05 * needed + 64.0,
                     "{target} {power}: {spp} of {needed}"
                 );
-                assert!(looks.len() < 20, "{looks:?}");
+                assert!(estimated_at.len() < 20, "{estimated_at:?}");
                 if let Some(forecast) = forecast {
                     assert!(!forecast.is_rough, "{target} {power}");
                     // Within a percent, or the multiples of four that counts are.
@@ -209,8 +211,8 @@ mod tests {
     }
 
     #[test]
-    fn error_target_met_at_once_stops_at_the_second_look() {
-        let (spp, looks, forecast) = reach(0.5, 0.1, 0.5);
-        assert_eq!((spp, looks, forecast), (24, vec![16, 24], None));
+    fn error_target_met_at_once_stops_at_the_second_estimate() {
+        let (spp, estimated_at, forecast) = reach(0.5, 0.1, 0.5);
+        assert_eq!((spp, estimated_at, forecast), (24, vec![16, 24], None));
     }
 }

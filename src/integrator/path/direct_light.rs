@@ -48,16 +48,16 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if !technique.samples_lights() || scene.lights.is_empty() {
             return ActiveLanes::NONE;
         }
-        let lit = block.active.without(&stage.bsdfs.delta);
-        if !lit.any() {
-            return lit;
+        let nee_lanes = block.active.without(&stage.bsdfs.delta);
+        if !nee_lanes.any() {
+            return nee_lanes;
         }
         let decision = Decision::Light(wavefront.bounce);
         let samplers = &mut *wavefront.samplers;
         if E::ManyLights::ON {
             S::draw_lanes(
                 samplers,
-                &lit,
+                &nee_lanes,
                 &block.path,
                 states,
                 decision,
@@ -65,22 +65,22 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             );
         } else {
             let point = first_two(&mut context.u);
-            S::draw_lanes(samplers, &lit, &block.path, states, decision, point);
+            S::draw_lanes(samplers, &nee_lanes, &block.path, states, decision, point);
         }
         let rules = self.light_sampling();
         if E::ManyLights::ON {
             stage.at.receivers(receivers);
         }
         let choices = &scene.lights;
-        choices.choose_lanes::<E>(rules.choice, &lit, receivers, context);
-        block.choose(&lit, &context.light);
+        choices.choose_lanes::<E>(rules.choice, &nee_lanes, receivers, context);
+        block.choose(&nee_lanes, &context.light);
         context.time = block.packet.rays.time;
         let p = &stage.at.p;
-        scene.sample_lights::<E>(&lit, context, rules, p, lights, samples);
-        lit
+        scene.sample_lights::<E>(&nee_lanes, context, rules, p, lights, samples);
+        nee_lanes
     }
 
-    /// Computes the contributions of the light samples of `lit`, and their shadow rays.
+    /// Computes the contributions of the light samples of `nee_lanes`, and their shadow rays.
     ///
     /// `cached` marks lanes whose indirect light is cached: there no scattered ray can hit a light.
     pub(super) fn estimate_direct_light<E: Effects, S, O: PathObserver + ?Sized>(
@@ -88,10 +88,10 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         wavefront: &mut PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
         stage: &mut StageScratch<E>,
-        lit: &ActiveLanes<LANES>,
+        nee_lanes: &ActiveLanes<LANES>,
         cached: &ActiveLanes<LANES>,
     ) {
-        if !lit.any() {
+        if !nee_lanes.any() {
             return;
         }
         let StageScratch {
@@ -101,14 +101,22 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             ..
         } = stage;
         let technique = self.technique;
-        reflect::<E, C>(lit, cached, technique, at, block, light_paths, direct_light);
+        reflect::<E, C>(
+            nee_lanes,
+            cached,
+            technique,
+            at,
+            block,
+            light_paths,
+            direct_light,
+        );
         if E::DeltaLights::ON || E::EnvironmentMap::ON {
             set_other_ends::<E>(at, direct_light);
         }
         if !wavefront.observer.is_observing() {
             return;
         }
-        for lane in lit.each() {
+        for lane in nee_lanes.each() {
             if !direct_light.shadow_ray_lanes.has(lane) {
                 wavefront.observer.unlit();
                 continue;
@@ -201,7 +209,7 @@ fn is_transmitted<E: Effects, V: Vector>(at: &Interaction<E, V>, wi: V) -> bool 
 vectorised! {
     /// The contributions of the light samples, weighted against BSDF sampling, and their shadow rays to points on surfaces.
     fn reflect<E: Effects, C: TechniqueSource>(
-        lit: &ActiveLanes<LANES>,
+        nee_lanes: &ActiveLanes<LANES>,
         cached: &ActiveLanes<LANES>,
         technique: C,
         at: &InteractionLanes<E>,
@@ -227,7 +235,7 @@ vectorised! {
             let light_path_over_nee = Slot::new(|| light_paths.get().map_or(0.0, |it| it.light_path_over_nee[lane]));
             let found = reflected::<E>(&at, technique, pmf, light, value, light_path_over_nee);
             let ray = at.ray_to_surface(&samples.surface(lane), wi, found.is_transmitted);
-            let is_in_mask = planted!("ended-paths-sample-lights", true, lit.has(lane));
+            let is_in_mask = planted!("ended-paths-sample-lights", true, nee_lanes.has(lane));
             let has_sample = (samples.end[lane] != ShadowRayEndKind::None as u32) & (pmf > 0.0);
             let is_lit = found.is_lit & is_in_mask & has_sample;
             let beta: Rgb<LaneVec3> = load(&block.beta, lane);

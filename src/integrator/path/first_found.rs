@@ -54,9 +54,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 }
                 self.look_up_bsdfs(scene, block, stage);
                 let states = LaneStates::gather(wavefront.samplers, &block.active, &block.path);
-                let lit = &ActiveLanes::NONE;
+                let nee_lanes = &ActiveLanes::NONE;
                 let decision = Decision::Bsdf(wavefront.bounce);
-                self.sample_bsdfs(&mut wavefront, block, stage, &states, lit, decision);
+                self.sample_bsdfs(&mut wavefront, block, stage, &states, nee_lanes, decision);
                 let decision = Decision::Roulette(wavefront.bounce);
                 self.scatter(&mut wavefront, block, stage, &states, decision);
                 wavefront.trace_extension_rays(block);

@@ -34,13 +34,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 
     /// Computes the densities of light paths at the surfaces of a block, whose BSDFs are sampled, and at the light samples
-    /// of the lanes `lit`.
+    /// of the lanes `nee_lanes`.
     pub(super) fn compute_light_path_ratios<E: Effects, S, O: PathObserver + ?Sized>(
         &self,
         wavefront: &PathWavefront<'_, S, O>,
         block: &mut PathBlock<E>,
         stage: &mut StageScratch<E>,
-        lit: &ActiveLanes<LANES>,
+        nee_lanes: &ActiveLanes<LANES>,
     ) {
         if !self.has_light_paths::<E>() {
             return;
@@ -54,7 +54,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 lanes.of_scattered = [1.0; LANES];
             }
         } else {
-            reverse_densities(scene, &block.active, stage, lit);
+            reverse_densities(scene, &block.active, stage, nee_lanes);
         }
         let StageScratch {
             at,
@@ -66,7 +66,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             return;
         };
         lanes.light_path_over_nee = [0.0; LANES];
-        for lane in lit.each() {
+        for lane in nee_lanes.each() {
             let ratio = ratios[lane] * lanes.of_light_samples[lane];
             if ratio == 0.0 || ratio.is_nan() {
                 continue;
@@ -208,13 +208,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// Computes the densities with which light paths continue towards the camera, for the light samples of the lanes `lit` and
+/// Computes the densities with which light paths continue towards the camera, for the light samples of the lanes `nee_lanes` and
 /// for the sampled directions of the active lanes.
 fn reverse_densities<E: Effects>(
     scene: &Scene,
     active: &ActiveLanes<LANES>,
     stage: &mut StageScratch<E>,
-    lit: &ActiveLanes<LANES>,
+    nee_lanes: &ActiveLanes<LANES>,
 ) {
     let StageScratch {
         at,
@@ -241,7 +241,7 @@ fn reverse_densities<E: Effects>(
             f,
             pdf,
         } = stage;
-        if lit.any() {
+        if nee_lanes.any() {
             bsdfs.bind(to_light);
             bsdfs.eval(wo, f, pdf);
             replace(active, &mut lanes.of_light_samples, pdf);
@@ -263,7 +263,7 @@ fn reverse_densities<E: Effects>(
             lanes.of_scattered[lane] = reverse_density(scene, at, lane, wi);
         }
         let wi = load(to_light, lane);
-        if lit.has(lane) && (is_single || may_have_corrected_normal(wi)) {
+        if nee_lanes.has(lane) && (is_single || may_have_corrected_normal(wi)) {
             lanes.of_light_samples[lane] = reverse_density(scene, at, lane, wi);
         }
     }
@@ -289,9 +289,9 @@ fn reverse_density<E: Effects>(
     lane: usize,
     wi: Vec3,
 ) -> f32 {
-    let lit = facing(at, lane, wi);
+    let from_light = facing(at, lane, wi);
     let seen: Interaction<E> = at.get(lane);
-    let [from, to] = [wi, seen.wo].map(|w| lit.frame.to_local(w));
+    let [from, to] = [wi, seen.wo].map(|w| from_light.frame.to_local(w));
     scene.bsdf(&seen).eval::<E>(from, to).pdf.0
 }
 
@@ -306,10 +306,10 @@ vectorised! {
         for lane in 0..LANES {
             let at: Interaction<E, LaneVec3> = at.get(lane);
             let wo = at.frame.to_local(at.wo);
-            let lit = at.frame.to_local(load::<LaneVec3>(to_light, lane));
+            let to_light_local = at.frame.to_local(load::<LaneVec3>(to_light, lane));
             let wi: LaneVec3 = load(scattered, lane);
             let pdf = wo.z.abs() * FRAC_1_PI;
-            lanes.of_light_samples[lane] = if lit.z * wo.z > 0.0 { pdf } else { 0.0 };
+            lanes.of_light_samples[lane] = if to_light_local.z * wo.z > 0.0 { pdf } else { 0.0 };
             lanes.of_scattered[lane] = if wi.z * wo.z > 0.0 { pdf } else { 0.0 };
         }
     }

@@ -28,14 +28,14 @@ use crate::scene::{Scene, ShapeTraits};
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Samples the BSDFs of a block with the random numbers of `decision`, and evaluates them for the light samples of
-    /// the lanes `lit`.
+    /// the lanes `nee_lanes`.
     pub(super) fn sample_bsdfs<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         wavefront: &mut PathWavefront<'_, S, O>,
         block: &PathBlock<E>,
         stage: &mut StageScratch<E>,
         states: &LaneStates,
-        lit: &ActiveLanes<LANES>,
+        nee_lanes: &ActiveLanes<LANES>,
         decision: Decision,
     ) {
         let (scene, technique) = (wavefront.scene, self.technique.technique());
@@ -58,20 +58,20 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         scattering.lobes = [Lobe::Diffuse; LANES];
         let [u, v, _] = scattering.numbers;
         sample_hemisphere_cosine_lanes(&[u, v], &mut scattering.cosine_direction);
-        if lit.any() {
+        if nee_lanes.any() {
             evaluate_diffuse::<E>(at, bsdfs, direct_light);
         }
         sample_diffuse::<E>(at, bsdfs, scattering);
         if let Some(stage) = bsdfs.principled.get_mut()
             && stage.active.any()
         {
-            sample_principled(scene, at, stage, lit, direct_light, scattering);
+            sample_principled(scene, at, stage, nee_lanes, direct_light, scattering);
         }
         for lane in bsdfs.scalar_lanes.each() {
             let at: Interaction<E> = at.get(lane);
             let bsdf = scene.bsdf(&at);
             let bound = bsdf.seen_from::<E>(at.frame.to_local(at.wo));
-            if lit.has(lane) {
+            if nee_lanes.has(lane) {
                 let wi = at.frame.to_local(load(&direct_light.samples.wi, lane));
                 let BsdfValue { f, pdf } = bound.eval::<E>(wi);
                 store(&mut direct_light.f, lane, f);
@@ -145,12 +145,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// Samples the principled BSDFs and the conductors that are evaluated in lanes, and evaluates them for the light samples of the lanes `lit`.
+/// Samples the principled BSDFs and the conductors that are evaluated in lanes, and evaluates them for the light samples of the lanes `nee_lanes`.
 fn sample_principled<E: Effects>(
     scene: &Scene,
     at: &InteractionLanes<E>,
     stage: &mut PrincipledStage,
-    lit: &ActiveLanes<LANES>,
+    nee_lanes: &ActiveLanes<LANES>,
     direct_light: &mut DirectLightLanes,
     scattering: &mut ScatteringLanes,
 ) {
@@ -170,7 +170,7 @@ fn sample_principled<E: Effects>(
         pdf,
     } = stage;
     bsdfs.bind(wo);
-    if lit.any() {
+    if nee_lanes.any() {
         bsdfs.eval(to_light, f, pdf);
         for (to, of) in direct_light.f.iter_mut().zip(&*f) {
             replace(active, to, of);

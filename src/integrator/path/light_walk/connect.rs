@@ -75,7 +75,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let lights = &mut *direct_light;
         lights.shadow_ray_lanes = ActiveLanes::NONE;
         let mut gains = [Rgb::BLACK; LANES];
-        for lane in towards.lit.each() {
+        for lane in towards.active.each() {
             let Some(start) = &starts[block.path[lane] as usize] else {
                 continue;
             };

@@ -148,8 +148,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             } else {
                 let states = LaneStates::gather(wavefront.samplers, &block.active, &block.path);
                 let decision = Decision::LightPathBsdf(bounce);
-                let lit = &ActiveLanes::NONE;
-                self.sample_bsdfs(wavefront, block, stage, &states, lit, decision);
+                let nee_lanes = &ActiveLanes::NONE;
+                self.sample_bsdfs(wavefront, block, stage, &states, nee_lanes, decision);
                 self.convert_to_power(scene, block, stage, bounce, starts);
                 let decision = Decision::LightPathRoulette(bounce);
                 self.scatter(wavefront, block, stage, &states, decision);

@@ -50,7 +50,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let delta = sampled.and(|lane| scattering.pdf[lane] == f32::INFINITY);
         let rough = sampled.without(&delta);
         let towards = towards_camera::<E>(scene, &rough, at, bsdfs, &w);
-        scattering.sampled = towards.lit.and(|lane| scattering.pdf[lane] > 0.0);
+        scattering.sampled = towards.active.and(|lane| scattering.pdf[lane] > 0.0);
         lanes.of_scattered = towards.pdf_to_light;
         for lane in scattering.sampled.each() {
             let factor = load::<Rgb>(&towards.factor, lane) * (1.0 / scattering.pdf[lane]);

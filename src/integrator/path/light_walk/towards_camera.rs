@@ -20,7 +20,7 @@ use crate::scene::interaction::lanes::InteractionLanes;
 /// Light at the surfaces of a block that scatters towards the camera.
 pub(super) struct TowardsCamera {
     /// The lanes with such light.
-    pub lit: ActiveLanes<LANES>,
+    pub active: ActiveLanes<LANES>,
     /// The BSDFs with the factors of light paths: the cosine, and the adjoint of shading normals.
     pub factor: Lanes3,
     /// The densities with which camera paths continue towards the light.
@@ -51,7 +51,7 @@ pub(super) fn towards_camera<E: Effects>(
     w: &Lanes3,
 ) -> TowardsCamera {
     let mut towards = TowardsCamera {
-        lit: *lanes,
+        active: *lanes,
         factor: [[0.0; LANES]; 3],
         pdf_to_light: [0.0; LANES],
         is_transmitted: ActiveLanes::NONE,
@@ -82,7 +82,7 @@ pub(super) fn towards_camera<E: Effects>(
         let vertex = vertex(scene, at, lane);
         let w = load(w, lane);
         let scattering = vertex.scattering(scene, w, vertex.at.wo);
-        towards.lit.set(lane, scattering.is_some());
+        towards.active.set(lane, scattering.is_some());
         if let Some(scattering) = scattering {
             store(
                 &mut towards.factor,
@@ -136,9 +136,9 @@ vectorised! {
             let light: LaneVec3 = load(to_light, lane);
             let cos = light.z.abs();
             let factor = f * (cos * adjoint(&at, along, at.wo));
-            let is_lit = towards.lit.has(lane) & at.agrees(along, false) & !factor.is_black();
+            let is_lit = towards.active.has(lane) & at.agrees(along, false) & !factor.is_black();
             store(&mut towards.factor, lane, factor);
-            towards.lit.set(lane, is_lit);
+            towards.active.set(lane, is_lit);
         }
     }
 }

@@ -51,7 +51,7 @@ pub enum Bsdf {
 impl Bsdf {
     /// Binds the BSDF to `wo`, for several evaluations or samples.
     #[inline]
-    pub fn seen_from<E: Effects>(&self, wo: Vec3) -> BoundBsdf<'_> {
+    pub fn bind<E: Effects>(&self, wo: Vec3) -> BoundBsdf<'_> {
         let choice = match self {
             Self::Principled(model) if has_lobes::<E>() => Some(model.choice(wo)),
             _ => None,
@@ -66,13 +66,13 @@ impl Bsdf {
     /// Evaluates [`BoundBsdf::eval`] for `wo`.
     #[inline]
     pub fn eval<E: Effects>(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
-        self.seen_from::<E>(wo).eval::<E>(wi)
+        self.bind::<E>(wo).eval::<E>(wi)
     }
 
     /// Samples [`BoundBsdf::sample`] for `wo`.
     #[inline]
     pub fn sample<E: Effects>(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        self.seen_from::<E>(wo)
+        self.bind::<E>(wo)
             .sample::<E>(&BsdfSampleInput::new(u_lobe, u))
     }
 

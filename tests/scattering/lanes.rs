@@ -94,7 +94,7 @@ fn compare(conductors: f32) {
         }
         lanes.eval(&sampled.wi, &mut f_sampled, &mut pdf_sampled);
         for lane in 0..LANES {
-            let alone = bsdfs[lane].seen_from::<Everything>(load(&wo, lane));
+            let alone = bsdfs[lane].bind::<Everything>(load(&wo, lane));
             let value = alone.eval::<Everything>(load(&wi, lane));
             assert_eq!(load::<Rgb>(&f, lane), value.f);
             assert_eq!(pdf[lane], value.pdf.0);

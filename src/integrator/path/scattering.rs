@@ -70,7 +70,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         for lane in bsdfs.scalar_lanes.each() {
             let at: Interaction<E> = at.get(lane);
             let bsdf = scene.bsdf(&at);
-            let bound = bsdf.seen_from::<E>(at.frame.to_local(at.wo));
+            let bound = bsdf.bind::<E>(at.frame.to_local(at.wo));
             if nee_lanes.has(lane) {
                 let wi = at.frame.to_local(load(&direct_light.samples.wi, lane));
                 let BsdfValue { f, pdf } = bound.eval::<E>(wi);

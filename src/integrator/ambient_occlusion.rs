@@ -56,7 +56,7 @@ impl Integrator for AmbientOcclusion {
         let mut w = sample_hemisphere_cosine(Vec2::new(u, v));
         w.z = w.z.copysign(at.frame.to_local(at.wo).z);
         let w = at.frame.to_world(w);
-        if !at.agrees(w, false) {
+        if !at.is_consistent_side(w, false) {
             observer.absorbed();
             return Rgb::BLACK;
         }

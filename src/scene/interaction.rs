@@ -30,7 +30,7 @@ pub struct Interaction<E: Effects, V: Vector = Vec3> {
     pub ng: V,
     /// +1 if `wo` is on the side of `ng`, -1 otherwise.
     side: f32,
-    /// Whether the shading normal equals the geometric one, so that the two always agree on sides.
+    /// Whether the shading normal equals the geometric one, so that every direction is on the same side of both.
     is_flat: State<E::ShadingNormals, bool>,
     /// Shading normal, as defined by the shape, on the side of `ng`.
     ns: State<E::ShadingNormals, V>,
@@ -55,7 +55,7 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
     ) -> Self {
         let wo = -ray.dir;
         let is_flat = !E::ShadingNormals::ON || surface.ns == surface.ng;
-        let (side, frame) = seen_from::<E, V>(wo, surface.ng, surface.ns, is_flat, transmits);
+        let (side, frame) = side_and_frame::<E, V>(wo, surface.ng, surface.ns, is_flat, transmits);
         Self {
             id: hit.id,
             p: surface.p,
@@ -72,9 +72,9 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
 
     /// Returns the interaction at the same point for another unit vector `wo`.
     #[inline]
-    pub fn facing(&self, wo: V, transmits: bool) -> Self {
+    pub fn with_wo(&self, wo: V, transmits: bool) -> Self {
         let (is_flat, ns) = (self.is_flat.or(true), self.ns.or(self.ng));
-        let (side, frame) = seen_from::<E, V>(wo, self.ng, ns, is_flat, transmits);
+        let (side, frame) = side_and_frame::<E, V>(wo, self.ng, ns, is_flat, transmits);
         Self {
             side,
             frame,
@@ -105,7 +105,7 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
     /// Whether `w`, reflected or transmitted in the shading frame, is on the corresponding side of the geometric
     /// surface. If both normals are equal, a grazing direction may only differ by rounding, which is ignored.
     #[inline(always)]
-    pub fn agrees(&self, w: V, is_transmitted: bool) -> bool {
+    pub fn is_consistent_side(&self, w: V, is_transmitted: bool) -> bool {
         let is_flat = planted!("sides-unchecked", true, self.is_flat.or(true));
         is_flat || (w.dot(self.ng) * self.side < 0.0) == is_transmitted
     }
@@ -139,12 +139,12 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
         // A ray's rounding error grows with its length: at its end it adds to that of the surface.
         let length = planted!("long-rays-exact", V::splat(0.0), (other.p - self.p).abs());
         let error = other.error + length * gamma(8);
-        let facing = if other.ng.dot(w) < 0.0 {
+        let normal = if other.ng.dot(w) < 0.0 {
             other.ng
         } else {
             -other.ng
         };
-        Ray::between(from, offset_point(other.p, error, facing))
+        Ray::between(from, offset_point(other.p, error, normal))
     }
 }
 
@@ -172,7 +172,7 @@ impl<E: Effects> Interaction<E> {
 
 /// Returns the side of a surface on which `wo` is, and the shading frame for it.
 #[inline(always)]
-fn seen_from<E: Effects, V: Vector>(
+fn side_and_frame<E: Effects, V: Vector>(
     wo: V,
     ng: V,
     ns: V,

@@ -61,7 +61,7 @@ pub struct ClosedMesh {
     offset: f64,
     world: Arc<World>,
     /// The number of triangles to aim at; they are the first of the mesh.
-    facing: usize,
+    target_count: usize,
 }
 
 impl ClosedMesh {
@@ -88,7 +88,7 @@ impl ClosedMesh {
             }),
             ClosedForm::Room => cube_surface(n, |p| placed(p, 1.0)),
         };
-        let facing = indices.len();
+        let target_count = indices.len();
         if form == ClosedForm::Room {
             let (outside, triangles) = cube_surface(n, |p| placed(p, 1.0 + WALL));
             let first = positions.len() as u32;
@@ -101,7 +101,7 @@ impl ClosedMesh {
             size,
             offset,
             world: Arc::new(World::new(vec![Geometry::Mesh(mesh)], vec![], vec![])),
-            facing,
+            target_count,
         }
     }
 
@@ -138,7 +138,7 @@ impl ClosedMesh {
         let [Geometry::Mesh(mesh)] = self.world.geometries() else {
             return Vec3::ZERO;
         };
-        let triangle = mesh.triangle(random.below(self.facing) as u32);
+        let triangle = mesh.triangle(random.below(self.target_count) as u32);
         let corner = random.below(3);
         let (a, b) = (triangle[corner], triangle[(corner + 1) % 3]);
         match aim {

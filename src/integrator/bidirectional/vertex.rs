@@ -144,7 +144,7 @@ impl<'a, E: Effects> SubpathVertex<'a, E> {
         if value.f.is_black() {
             return None;
         }
-        let lit = self.at.facing(to_light, self.transmits);
+        let lit = self.at.with_wo(to_light, self.transmits);
         let back = (lit.frame.to_local(to_light), lit.frame.to_local(to_camera));
         Some(Scattering {
             to_camera: value.f * wi.z.abs(),
@@ -166,7 +166,7 @@ impl<'a, E: Effects> SubpathVertex<'a, E> {
         to_light: Vec3,
     ) -> Option<Scattering> {
         let (seen, is_transmitted) = self.seen(scene, to_camera, to_light)?;
-        let is_tilted = seen.is_tilted() || self.at.facing(to_light, self.transmits).is_tilted();
+        let is_tilted = seen.is_tilted() || self.at.with_wo(to_light, self.transmits).is_tilted();
         let both_ways = PdfSolidAngle(1.0);
         let one_way = PdfSolidAngle(if is_tilted { 0.0 } else { 1.0 });
         let [of_camera, of_light] = [to_camera, to_light].map(|w| seen.frame.to_local(w).z.abs());
@@ -188,10 +188,11 @@ impl<'a, E: Effects> SubpathVertex<'a, E> {
         to_camera: Vec3,
         to_light: Vec3,
     ) -> Option<(Interaction<E>, bool)> {
-        let seen = self.at.facing(to_camera, self.transmits);
+        let seen = self.at.with_wo(to_camera, self.transmits);
         let [wo, wi] = [to_camera, to_light].map(|w| seen.frame.to_local(w));
         let is_transmitted = wi.z * wo.z < 0.0;
-        let is_lit = seen.agrees(to_light, is_transmitted) && !scene.is_absorbing_side(&seen);
+        let is_lit =
+            seen.is_consistent_side(to_light, is_transmitted) && !scene.is_absorbing_side(&seen);
         is_lit.then_some((seen, is_transmitted))
     }
 }

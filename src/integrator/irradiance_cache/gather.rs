@@ -100,7 +100,7 @@ impl Gatherer<'_> {
                 let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
                 let local = cells.direction(cell, Vec2::from_array(u));
                 let wi = at.frame.to_world(local);
-                if !at.agrees(wi, false) {
+                if !at.is_consistent_side(wi, false) {
                     continue;
                 }
                 let (ray, excluded) = self.scene.spawn(at, time, wi, false);

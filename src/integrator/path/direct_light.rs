@@ -193,7 +193,9 @@ fn reflected<E: Effects>(
     };
     let cos = planted!("light-without-cosine", 1.0, local.z.abs());
     DirectLightEstimate {
-        is_lit: !radiance.is_black() & at.agrees(wi, is_transmitted) & !value.f.is_black(),
+        is_lit: !radiance.is_black()
+            & at.is_consistent_side(wi, is_transmitted)
+            & !value.f.is_black(),
         contribution: value.f * radiance * (cos * weight * over_pdf),
         weight,
         is_transmitted,

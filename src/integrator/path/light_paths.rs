@@ -255,7 +255,7 @@ fn reverse_densities<E: Effects>(
         let of_lane: Interaction<E> = at.get(lane);
         let wi = of_lane.frame.to_world(load(&scattering.wi, lane));
         let may_have_corrected_normal = |wi: Vec3| {
-            !of_lane.is_flat() && (of_lane.is_tilted() || facing(at, lane, wi).is_tilted())
+            !of_lane.is_flat() && (of_lane.is_tilted() || with_wo(at, lane, wi).is_tilted())
         };
         let is_delta = scattering.pdf[lane] == f32::INFINITY;
         if scattering.sampled.has(lane) && !is_delta && (is_single || may_have_corrected_normal(wi))
@@ -270,16 +270,20 @@ fn reverse_densities<E: Effects>(
 }
 
 /// The surface of a lane as seen along the unit vector `w`.
-pub(super) fn facing<E: Effects>(at: &InteractionLanes<E>, lane: usize, w: Vec3) -> Interaction<E> {
+pub(super) fn with_wo<E: Effects>(
+    at: &InteractionLanes<E>,
+    lane: usize,
+    w: Vec3,
+) -> Interaction<E> {
     let transmits = at.traits[lane] & ShapeTraits::TRANSMITS != 0;
-    at.get::<Vec3>(lane).facing(w, transmits)
+    at.get::<Vec3>(lane).with_wo(w, transmits)
 }
 
 /// Whether the shading normal of a lane is tilted for either direction of a sample, `wi` in the shading frame.
 fn is_tilted<E: Effects>(at: &InteractionLanes<E>, lane: usize, wi: &Lanes3) -> bool {
     let seen: Interaction<E> = at.get(lane);
     let wi = seen.frame.to_world(load(wi, lane));
-    !seen.is_flat() && (seen.is_tilted() || facing(at, lane, wi).is_tilted())
+    !seen.is_flat() && (seen.is_tilted() || with_wo(at, lane, wi).is_tilted())
 }
 
 /// The density with which a light path that arrives from the unit vector `wi` continues towards the camera.
@@ -289,7 +293,7 @@ fn reverse_density<E: Effects>(
     lane: usize,
     wi: Vec3,
 ) -> f32 {
-    let from_light = facing(at, lane, wi);
+    let from_light = with_wo(at, lane, wi);
     let seen: Interaction<E> = at.get(lane);
     let [from, to] = [wi, seen.wo].map(|w| from_light.frame.to_local(w));
     scene.bsdf(&seen).eval::<E>(from, to).pdf.0

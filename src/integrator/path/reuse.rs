@@ -106,7 +106,7 @@ struct Connections {
 struct Second {
     point: SurfacePoint<LaneVec3>,
     /// The geometric normal on the side from which the path has come.
-    facing: LaneVec3,
+    normal: LaneVec3,
 }
 
 impl<E: Effects> ReuseScratch<E> {
@@ -211,7 +211,7 @@ impl<E: Effects> SharedPaths<E> {
     ) {
         let second = Second {
             point: at.surface_point(),
-            facing: at.exit_normal(false),
+            normal: at.exit_normal(false),
         };
         evaluate_connections::<E>(&pixels, &self.first, &self.reflectance, second, connections);
         let Connections {
@@ -284,12 +284,12 @@ vectorised! {
             let bsdf = Diffuse::<LaneVec3>::new(load(reflectance, lane));
             let [wo_local, wi_local] = [at.wo, wi].map(|w| at.frame.to_local(w));
             let BsdfValue { f, pdf } = bsdf.eval(wo_local, wi_local);
-            let cos = -wi.dot(second.facing);
+            let cos = -wi.dot(second.normal);
             let area = cos / distance2;
             let density = pdf.0 * planted!("reuse-without-cosine", 1.0 / distance2, area);
             let reaches = pixels.has(lane)
                 & (cos > 0.0)
-                & at.agrees(wi, false)
+                & at.is_consistent_side(wi, false)
                 & (density > 0.0)
                 & (density < f32::INFINITY);
             connections.density[lane] = if reaches { density } else { 0.0 };

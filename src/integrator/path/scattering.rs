@@ -332,7 +332,7 @@ vectorised! {
             let is_transmitted = E::Transmission::ON && scattering.is_transmitted[lane] != 0;
             let is_scattered = active.has(lane)
                 & scattering.sampled.has(lane)
-                & at.agrees(wi, is_transmitted);
+                & at.is_consistent_side(wi, is_transmitted);
             let weight: Rgb<LaneVec3> = load(&scattering.weight, lane);
             let mut beta: Rgb<LaneVec3> = load(&block.beta, lane);
             beta *= weight;

@@ -5,7 +5,7 @@
 //! Source: Veach 1997, section 5.3. Tested in `tests/rendering/light_paths.rs`.
 
 use super::super::super::bidirectional::vertex::{Densities, SubpathVertex, adjoint};
-use super::super::light_paths::facing;
+use super::super::light_paths::with_wo;
 use super::super::scattering::replace;
 use super::super::shading::BsdfLanes;
 use crate::effects::{Effects, Slot};
@@ -74,7 +74,7 @@ pub(super) fn towards_camera<E: Effects>(
         let of_lane: Interaction<E> = at.get(lane);
         let may_have_corrected_normal = || {
             let along: Vec3 = load(w, lane);
-            !of_lane.is_flat() && (of_lane.is_tilted() || facing(at, lane, along).is_tilted())
+            !of_lane.is_flat() && (of_lane.is_tilted() || with_wo(at, lane, along).is_tilted())
         };
         if !bsdfs.scalar_lanes.has(lane) && !may_have_corrected_normal() {
             continue;
@@ -91,7 +91,7 @@ pub(super) fn towards_camera<E: Effects>(
             );
             towards.pdf_to_light[lane] = scattering.pdf_to_light.0;
             towards.is_transmitted.set(lane, scattering.is_transmitted);
-            let seen = vertex.at.facing(w, vertex.transmits);
+            let seen = vertex.at.with_wo(w, vertex.transmits);
             towards.receivers[lane] = Some(seen.receiver(vertex.transmits));
         }
     }
@@ -136,7 +136,7 @@ vectorised! {
             let light: LaneVec3 = load(to_light, lane);
             let cos = light.z.abs();
             let factor = f * (cos * adjoint(&at, along, at.wo));
-            let is_lit = towards.active.has(lane) & at.agrees(along, false) & !factor.is_black();
+            let is_lit = towards.active.has(lane) & at.is_consistent_side(along, false) & !factor.is_black();
             store(&mut towards.factor, lane, factor);
             towards.active.set(lane, is_lit);
         }

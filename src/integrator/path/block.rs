@@ -27,7 +27,7 @@ pub struct PathBlock<E: Effects> {
     /// The lanes with a path that has not ended.
     pub active: ActiveLanes<LANES>,
     /// The indices of the paths' samples in the wavefront.
-    pub path: Lanes<u32>,
+    pub sample_index: Lanes<u32>,
     /// The current rays, with their hits and times.
     pub packet: RayHitLanes<LANES>,
     /// The primitives that the rays leave.
@@ -44,12 +44,12 @@ pub struct PathBlock<E: Effects> {
     /// on camera rays.
     light_path_ratio: State<E::LightPaths, Lanes<f32>>,
     /// The points of the last scattering events, and their normals as receivers of light.
-    from: Lanes3,
-    from_normal: State<E::ManyLights, Lanes3>,
+    prev_point: Lanes3,
+    prev_normal: State<E::ManyLights, Lanes3>,
     /// The BSDF densities of the current rays; infinite on camera rays and after delta lobes.
-    pdf: Lanes<f32>,
+    prev_pdf: Lanes<f32>,
     /// The lights that were last chosen by light sampling.
-    chosen: Lanes<u32>,
+    chosen_light: Lanes<u32>,
     /// The rays traced for each path, without those from the camera.
     closest_rays: Lanes<u32>,
     shadow_rays: Lanes<u32>,
@@ -60,17 +60,17 @@ impl<E: Effects> Default for PathBlock<E> {
         let zero = [0.0; LANES];
         Self {
             active: ActiveLanes::NONE,
-            path: [0; LANES],
+            sample_index: [0; LANES],
             packet: RayHitLanes::default(),
             excluded: ExcludedLanes::NONE,
             beta: [zero; 3],
             radiance: [zero; 3],
             eta_scale: Slot::new(|| zero),
             light_path_ratio: Slot::new(|| zero),
-            from: [zero; 3],
-            from_normal: Slot::new(|| [zero; 3]),
-            pdf: zero,
-            chosen: [NO_LIGHT; LANES],
+            prev_point: [zero; 3],
+            prev_normal: Slot::new(|| [zero; 3]),
+            prev_pdf: zero,
+            chosen_light: [NO_LIGHT; LANES],
             closest_rays: [0; LANES],
             shadow_rays: [0; LANES],
         }
@@ -82,7 +82,7 @@ impl<E: Effects> PathBlock<E> {
     fn begin(&mut self, first: usize, samples: &SampleLanes) {
         let zero = [0.0; LANES];
         self.active = samples.active;
-        self.path = std::array::from_fn(|lane| (first + lane) as u32);
+        self.sample_index = std::array::from_fn(|lane| (first + lane) as u32);
         self.packet.clone_from(&samples.packet);
         self.excluded = ExcludedLanes::NONE;
         self.beta = planted!(
@@ -97,20 +97,20 @@ impl<E: Effects> PathBlock<E> {
         if let Some(ratio) = self.light_path_ratio.get_mut() {
             *ratio = zero;
         }
-        self.pdf = [f32::INFINITY; LANES];
-        self.chosen = [NO_LIGHT; LANES];
+        self.prev_pdf = [f32::INFINITY; LANES];
+        self.chosen_light = [NO_LIGHT; LANES];
         self.closest_rays = [0; LANES];
         self.shadow_rays = [0; LANES];
     }
 
-    /// Begins the path of sample `path` of the wavefront in a lane, with the camera ray of lane `from` of `samples`.
-    fn begin_lane(&mut self, lane: usize, path: usize, samples: &SampleLanes, from: usize) {
-        let (camera_ray, found) = samples.camera_ray(from);
+    /// Begins the path of this sample of the wavefront in a lane, with the camera ray of lane `from` of `samples`.
+    fn begin_lane(&mut self, lane: usize, sample_index: usize, samples: &SampleLanes, from: usize) {
+        let (camera_ray, hit) = samples.camera_ray(from);
         self.active.set(lane, true);
-        self.path[lane] = path as u32;
+        self.sample_index[lane] = sample_index as u32;
         self.packet.rays.set(lane, &camera_ray.ray);
         self.packet.rays.time[lane] = camera_ray.time;
-        self.packet.set_hit(lane, found);
+        self.packet.set_hit(lane, hit);
         self.excluded.set(lane, None);
         let beta = planted!(
             "begun-path-keeps-a-throughput",
@@ -124,7 +124,7 @@ impl<E: Effects> PathBlock<E> {
         }
         self.set_light_path_ratio(lane, 0.0);
         self.set_prev_vertex(lane, None);
-        self.chosen[lane] = NO_LIGHT;
+        self.chosen_light[lane] = NO_LIGHT;
         self.closest_rays[lane] = 0;
         self.shadow_rays[lane] = 0;
     }
@@ -134,7 +134,7 @@ impl<E: Effects> PathBlock<E> {
         let copy = |to: &mut Lanes3, of: &Lanes3| store(to, lane, load::<[f32; 3]>(of, from));
         self.active.set(lane, true);
         other.active.set(from, false);
-        self.path[lane] = other.path[from];
+        self.sample_index[lane] = other.sample_index[from];
         let (to, of) = (&mut self.packet.rays, &other.packet.rays);
         copy(&mut to.origin, &of.origin);
         copy(&mut to.dir, &of.dir);
@@ -150,12 +150,12 @@ impl<E: Effects> PathBlock<E> {
         if let Some(of) = other.light_path_ratio.get() {
             self.set_light_path_ratio(lane, of[from]);
         }
-        copy(&mut self.from, &other.from);
-        if let (Some(to), Some(of)) = (self.from_normal.get_mut(), other.from_normal.get()) {
+        copy(&mut self.prev_point, &other.prev_point);
+        if let (Some(to), Some(of)) = (self.prev_normal.get_mut(), other.prev_normal.get()) {
             copy(to, of);
         }
-        self.pdf[lane] = other.pdf[from];
-        self.chosen[lane] = other.chosen[from];
+        self.prev_pdf[lane] = other.prev_pdf[from];
+        self.chosen_light[lane] = other.chosen_light[from];
         self.closest_rays[lane] = other.closest_rays[from];
         self.shadow_rays[lane] = other.shadow_rays[from];
     }
@@ -163,9 +163,9 @@ impl<E: Effects> PathBlock<E> {
     /// Ends the path of a lane: stores its estimate in its sample.
     #[inline]
     pub fn end(&mut self, lane: usize, samples: &mut [SampleLanes]) {
-        let path = self.path[lane] as usize;
-        samples[path / LANES].set_estimate(
-            path % LANES,
+        let sample = self.sample_index[lane] as usize;
+        samples[sample / LANES].set_estimate(
+            sample % LANES,
             load(&self.radiance, lane),
             self.closest_rays[lane],
             self.shadow_rays[lane],
@@ -182,11 +182,11 @@ impl<E: Effects> PathBlock<E> {
     /// The last scattering event as a receiver of light, and the density of its direction.
     #[inline(always)]
     pub fn prev_vertex(&self, lane: usize) -> Option<(Receiver, PdfSolidAngle)> {
-        let pdf = self.pdf[lane];
+        let pdf = self.prev_pdf[lane];
         (pdf < f32::INFINITY).then(|| {
-            let normal = self.from_normal.get();
+            let normal = self.prev_normal.get();
             let receiver = Receiver {
-                p: load(&self.from, lane),
+                p: load(&self.prev_point, lane),
                 normal: normal.map_or(Vec3::ZERO, |normal| load(normal, lane)),
             };
             (receiver, PdfSolidAngle(pdf))
@@ -195,18 +195,18 @@ impl<E: Effects> PathBlock<E> {
 
     /// Sets the last scattering event as a receiver of light, and the density of its direction.
     #[inline(always)]
-    pub fn set_prev_vertex(&mut self, lane: usize, from: Option<(Receiver, PdfSolidAngle)>) {
+    pub fn set_prev_vertex(&mut self, lane: usize, vertex: Option<(Receiver, PdfSolidAngle)>) {
         let camera = (Receiver::default(), PdfSolidAngle(f32::INFINITY));
-        let (receiver, pdf) = from.unwrap_or(camera);
-        store(&mut self.from, lane, receiver.p);
+        let (receiver, pdf) = vertex.unwrap_or(camera);
+        store(&mut self.prev_point, lane, receiver.p);
         self.set_prev_normal(lane, receiver.normal);
-        self.pdf[lane] = pdf.0;
+        self.prev_pdf[lane] = pdf.0;
     }
 
     /// Sets the normal of the last scattering event as a receiver of light.
     #[inline(always)]
     pub fn set_prev_normal(&mut self, lane: usize, normal: impl Into<[f32; 3]>) {
-        if let Some(to) = self.from_normal.get_mut() {
+        if let Some(to) = self.prev_normal.get_mut() {
             store(to, lane, normal);
         }
     }
@@ -233,15 +233,15 @@ impl<E: Effects> PathBlock<E> {
 
     /// The light that light sampling last chose, if any.
     #[inline(always)]
-    pub fn chosen(&self, lane: usize) -> Option<u32> {
-        let light = self.chosen[lane];
+    pub fn chosen_light(&self, lane: usize) -> Option<u32> {
+        let light = self.chosen_light[lane];
         (light != NO_LIGHT).then_some(light)
     }
 
     /// Sets the lights that light sampling chose in these lanes.
     #[inline(always)]
-    pub fn choose(&mut self, lanes: &ActiveLanes<LANES>, lights: &Lanes<u32>) {
-        for (lane, (chosen, light)) in self.chosen.iter_mut().zip(lights).enumerate() {
+    pub fn set_chosen_lights(&mut self, lanes: &ActiveLanes<LANES>, lights: &Lanes<u32>) {
+        for (lane, (chosen, light)) in self.chosen_light.iter_mut().zip(lights).enumerate() {
             *chosen = if lanes.has(lane) { *light } else { *chosen };
         }
     }
@@ -285,8 +285,8 @@ impl<E: Effects> PathBlock<E> {
             pdf < f32::INFINITY,
             true
         ) {
-            store(&mut self.from, lane, at.p);
-            self.pdf[lane] = pdf;
+            store(&mut self.prev_point, lane, at.p);
+            self.prev_pdf[lane] = pdf;
         }
     }
 

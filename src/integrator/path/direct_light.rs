@@ -58,14 +58,21 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             S::draw_lanes(
                 samplers,
                 &nee_lanes,
-                &block.path,
+                &block.sample_index,
                 states,
                 decision,
                 &mut context.u,
             );
         } else {
             let point = first_two(&mut context.u);
-            S::draw_lanes(samplers, &nee_lanes, &block.path, states, decision, point);
+            S::draw_lanes(
+                samplers,
+                &nee_lanes,
+                &block.sample_index,
+                states,
+                decision,
+                point,
+            );
         }
         let rules = self.light_sampling();
         if E::ManyLights::ON {
@@ -73,7 +80,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
         let choices = &scene.lights;
         choices.choose_lanes::<E>(rules.choice, &nee_lanes, receivers, context);
-        block.choose(&nee_lanes, &context.light);
+        block.set_chosen_lights(&nee_lanes, &context.light);
         context.time = block.packet.rays.time;
         let p = &stage.at.p;
         scene.sample_lights::<E>(&nee_lanes, context, rules, p, lights, samples);
@@ -235,14 +242,14 @@ vectorised! {
             let light = (wi, load(&samples.radiance, lane), samples.pdf[lane]);
             let pmf = direct_light.context.pmf[lane];
             let light_path_over_nee = Slot::new(|| light_paths.get().map_or(0.0, |it| it.light_path_over_nee[lane]));
-            let found = reflected::<E>(&at, technique, pmf, light, value, light_path_over_nee);
-            let ray = at.ray_to_surface(&samples.surface(lane), wi, found.is_transmitted);
+            let estimate = reflected::<E>(&at, technique, pmf, light, value, light_path_over_nee);
+            let ray = at.ray_to_surface(&samples.surface(lane), wi, estimate.is_transmitted);
             let is_in_mask = planted!("ended-paths-sample-lights", true, nee_lanes.has(lane));
             let has_sample = (samples.end[lane] != ShadowRayEndKind::None as u32) & (pmf > 0.0);
-            let is_lit = found.is_lit & is_in_mask & has_sample;
+            let is_lit = estimate.is_lit & is_in_mask & has_sample;
             let beta: Rgb<LaneVec3> = load(&block.beta, lane);
-            store(&mut direct_light.contribution, lane, beta * found.contribution);
-            direct_light.weight[lane] = found.weight;
+            store(&mut direct_light.contribution, lane, beta * estimate.contribution);
+            direct_light.weight[lane] = estimate.weight;
             direct_light.shadow.set(lane, &ray);
             let time = block.packet.rays.time[lane];
             direct_light.shadow.time[lane] = planted!("shadows-as-the-shutter-opens", 0.0, time);

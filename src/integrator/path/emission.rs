@@ -38,18 +38,18 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             self.technique.technique(),
         );
         let (samplers, samples) = (&mut *wavefront.samplers, &*wavefront.samples);
-        let path = &block.path;
+        let sample_index = &block.sample_index;
         let alpha = |lane: usize| {
-            let path = path[lane] as usize;
-            let [u] = samplers[path].draw(Decision::Alpha(bounce));
+            let sample = sample_index[lane] as usize;
+            let [u] = samplers[sample].draw(Decision::Alpha(bounce));
             let end = match bounce {
-                0 => samples[path / LANES].end(path % LANES),
+                0 => samples[sample / LANES].end(sample % LANES),
                 _ => f32::INFINITY,
             };
             (u, end)
         };
         let StageScratch { surfaces, at, .. } = stage;
-        let found = scene.surface_interactions::<E>(
+        let hit_lanes = scene.surface_interactions::<E>(
             &block.active,
             &block.packet,
             &block.excluded,
@@ -59,7 +59,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         );
         if wavefront.observer.is_observing() {
             for lane in block.active.each() {
-                if found.has(lane) {
+                if hit_lanes.has(lane) {
                     let beta = load(&block.beta, lane);
                     wavefront.observer.arrived(&at.vertex(lane), beta);
                 } else {
@@ -69,7 +69,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 }
             }
         }
-        for lane in block.active.without(&found).each() {
+        for lane in block.active.without(&hit_lanes).each() {
             let dir: Vec3 = load(&block.packet.rays.dir, lane);
             let mut contribution = Rgb::BLACK;
             if E::Environment::ON {
@@ -79,14 +79,14 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             }
             wavefront.observer.environment(contribution);
         }
-        block.active = found;
-        let has_coin = technique.emission != EmissionRule::Always;
-        let special = if has_coin {
-            found
+        block.active = hit_lanes;
+        let ends_at_random = technique.emission != EmissionRule::Always;
+        let emission_lanes = if ends_at_random {
+            hit_lanes
         } else {
-            at.special_lanes(&found)
+            at.emitting_or_absorbing_lanes(&hit_lanes)
         };
-        for lane in special.each() {
+        for lane in emission_lanes.each() {
             if self.add_surface_emission::<E, S, O>(wavefront, block, at, lane, technique) {
                 wavefront.observer.absorbed();
                 block.active.set(lane, false);
@@ -114,18 +114,18 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let scene = wavefront.scene;
         let (at, beta): (Interaction<E>, Rgb) = (at.get(lane), load(&block.beta, lane));
         let emitted = scene.emitted(&at);
-        let sampler = &mut wavefront.samplers[block.path[lane] as usize];
+        let sampler = &mut wavefront.samplers[block.sample_index[lane] as usize];
         let termination = sample_termination::<S>(technique, emitted, sampler, wavefront.bounce);
         if let Some(emitted) = emitted {
             let time = block.packet.rays.time[lane];
-            let chosen = block.chosen(lane);
+            let chosen_light = block.chosen_light(lane);
             let choice = self.light_choice;
             let weight = mis_weight_of_bsdf(
                 block,
                 lane,
                 technique,
                 |from| scene.light_pdf(choice, &from, time, &at),
-                || chosen.is_some() && scene.light_of(&at) == chosen,
+                || chosen_light.is_some() && scene.light_of(&at) == chosen_light,
             );
             let weight = if E::LightPaths::ON {
                 power_heuristic_with_third(
@@ -166,7 +166,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 let pmf = scene.lights.pmf::<E>(light, rules.choice, &from);
                 pmf * environment.pdf
             };
-            let is_chosen = || Some(light) == block.chosen(lane);
+            let is_chosen = || Some(light) == block.chosen_light(lane);
             let mut weight = mis_weight_of_bsdf(block, lane, technique, p_light, is_chosen);
             if E::LightPaths::ON {
                 let ratio = self.light_path_ratio_at_environment(scene, block, lane, dir, light);
@@ -196,7 +196,7 @@ fn mis_weight_of_bsdf<E: Effects>(
 impl<E: Effects> InteractionLanes<E> {
     /// The lanes among the given ones that are on a shape that emits, or on the back of a one-sided one.
     #[inline(always)]
-    fn special_lanes(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
+    fn emitting_or_absorbing_lanes(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
         lanes.and(|lane| {
             let traits = self.traits[lane];
             let emits = E::AreaLights::ON & (traits & ShapeTraits::EMITS != 0);

@@ -53,7 +53,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                     break;
                 }
                 self.look_up_bsdfs(scene, block, stage);
-                let states = LaneStates::gather(wavefront.samplers, &block.active, &block.path);
+                let states =
+                    LaneStates::gather(wavefront.samplers, &block.active, &block.sample_index);
                 let nee_lanes = &ActiveLanes::NONE;
                 let decision = Decision::Bsdf(wavefront.bounce);
                 self.sample_bsdfs(&mut wavefront, block, stage, &states, nee_lanes, decision);

@@ -222,7 +222,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             if K::CACHES {
                 cached = self.cached_indirect(wavefront, block, stage);
             }
-            let states = LaneStates::gather(wavefront.samplers, &block.active, &block.path);
+            let states = LaneStates::gather(wavefront.samplers, &block.active, &block.sample_index);
             let lit = self.sample_lights(wavefront, block, stage, &states);
             let decision = Decision::Bsdf(wavefront.bounce);
             self.sample_bsdfs(wavefront, block, stage, &states, &lit, decision);

@@ -128,7 +128,10 @@ impl<E: Effects> ReuseScratch<E> {
         at: &InteractionLanes<E>,
         bsdfs: &BsdfLanes<E>,
     ) {
-        let (first, last) = (block.path[0] as usize, block.path[LANES - 1] as usize);
+        let (first, last) = (
+            block.sample_index[0] as usize,
+            block.sample_index[LANES - 1] as usize,
+        );
         if first % LANES != 0 || last != first + LANES - 1 {
             return;
         }
@@ -163,7 +166,7 @@ impl<E: Effects> ReuseScratch<E> {
         bsdfs: &BsdfLanes<E>,
     ) {
         for lane in bsdfs.matte(&block.active).each() {
-            let path = block.path[lane] as usize;
+            let path = block.sample_index[lane] as usize;
             let at: Interaction<E, LaneVec3> = at.get(lane);
             let shared = &mut self.packets[path / LANES];
             if !shared.pixels.has(path % LANES) || !at.is_flat() {
@@ -187,12 +190,12 @@ impl<E: Effects> ReuseScratch<E> {
             if !shared.paths.any() {
                 continue;
             }
-            let found = samples.radiance;
+            let shared_light = samples.radiance;
             for path in shared.paths.each() {
                 store(&mut samples.radiance, path, load::<Rgb>(&shared.own, path));
             }
             for path in shared.paths.each() {
-                let light: Rgb = load(&found, path);
+                let light: Rgb = load(&shared_light, path);
                 add(&shared.factors[path], light.into(), &mut samples.radiance);
             }
         }

@@ -50,10 +50,24 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let samplers = &mut *wavefront.samplers;
         let numbers = &mut scattering.numbers;
         if has_lobes::<E>() {
-            S::draw_lanes(samplers, &active, &block.path, states, decision, numbers);
+            S::draw_lanes(
+                samplers,
+                &active,
+                &block.sample_index,
+                states,
+                decision,
+                numbers,
+            );
         } else {
             let direction = first_two(numbers);
-            S::draw_lanes(samplers, &active, &block.path, states, decision, direction);
+            S::draw_lanes(
+                samplers,
+                &active,
+                &block.sample_index,
+                states,
+                decision,
+                direction,
+            );
         }
         scattering.lobes = [Lobe::Diffuse; LANES];
         let [u, v, _] = scattering.numbers;
@@ -106,7 +120,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             S::draw_lanes(
                 wavefront.samplers,
                 &active,
-                &block.path,
+                &block.sample_index,
                 states,
                 decision,
                 numbers,

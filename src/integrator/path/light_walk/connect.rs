@@ -76,7 +76,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         lights.shadow_ray_lanes = ActiveLanes::NONE;
         let mut gains = [Rgb::BLACK; LANES];
         for lane in towards.active.each() {
-            let Some(start) = &starts[block.path[lane] as usize] else {
+            let Some(start) = &starts[block.sample_index[lane] as usize] else {
                 continue;
             };
             let connection = connections[lane];
@@ -110,7 +110,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 let value = load::<Rgb>(&lights.contribution, lane) * visible[lane];
                 let film = connections[lane].film.position;
                 splats.splats.push(LightPathSplat {
-                    path: block.path[lane],
+                    path: block.sample_index[lane],
                     splat: Splat { film, value },
                     gain: gains[lane] * visible[lane],
                 });
@@ -164,7 +164,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let (camera, time) = (&wavefront.scene.camera, block.packet.rays.time[lane]);
         let mut u_lens = [0.0; 2];
         if E::Lens::ON {
-            let sampler = &mut wavefront.samplers[block.path[lane] as usize];
+            let sampler = &mut wavefront.samplers[block.sample_index[lane] as usize];
             u_lens = sampler.draw(Decision::Lens(wavefront.bounce));
         }
         let lens = camera.viewpoint::<E>(Vec2::from(u_lens), time);

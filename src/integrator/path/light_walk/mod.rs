@@ -66,8 +66,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             observer: &mut NullPathObserver,
             bounce: 0,
         };
-        let most = self.max_bounces.unwrap_or(u32::MAX);
-        while !paths.is_empty() && wavefront.bounce < most {
+        let max_bounces = self.max_bounces.unwrap_or(u32::MAX);
+        while !paths.is_empty() && wavefront.bounce < max_bounces {
             for block in paths.blocks_mut() {
                 wavefront.trace_extension_rays(block);
                 self.advance_from_lights(&mut wavefront, block, stage, starts, splats);
@@ -146,7 +146,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             if self.max_bounces == Some(bounce + 1) {
                 block.active = ActiveLanes::NONE;
             } else {
-                let states = LaneStates::gather(wavefront.samplers, &block.active, &block.path);
+                let states =
+                    LaneStates::gather(wavefront.samplers, &block.active, &block.sample_index);
                 let decision = Decision::LightPathBsdf(bounce);
                 let nee_lanes = &ActiveLanes::NONE;
                 self.sample_bsdfs(wavefront, block, stage, &states, nee_lanes, decision);
@@ -170,7 +171,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         starts: &mut [Option<LightPathStart>],
     ) {
         for lane in block.active.each() {
-            let Some(start) = &mut starts[block.path[lane] as usize] else {
+            let Some(start) = &mut starts[block.sample_index[lane] as usize] else {
                 continue;
             };
             let at: Interaction<E> = stage.at.get(lane);
@@ -210,14 +211,15 @@ fn compute_interactions<E: Effects, S: Sampler>(
     block: &mut PathBlock<E>,
     stage: &mut StageScratch<E>,
 ) {
-    let (samplers, path, bounce) = (&mut *wavefront.samplers, &block.path, wavefront.bounce);
+    let (samplers, bounce) = (&mut *wavefront.samplers, wavefront.bounce);
+    let sample_index = &block.sample_index;
     let alpha = |lane: usize| {
-        let sampler = &mut samplers[path[lane] as usize];
+        let sampler = &mut samplers[sample_index[lane] as usize];
         let [u] = sampler.draw(Decision::LightPathAlpha(bounce));
         (u, f32::INFINITY)
     };
     let StageScratch { surfaces, at, .. } = stage;
-    let found = wavefront.scene.surface_interactions::<E>(
+    let hit_lanes = wavefront.scene.surface_interactions::<E>(
         &block.active,
         &block.packet,
         &block.excluded,
@@ -225,7 +227,7 @@ fn compute_interactions<E: Effects, S: Sampler>(
         surfaces,
         at,
     );
-    block.active = found.and(|lane| {
+    block.active = hit_lanes.and(|lane| {
         let traits = at.traits[lane];
         let is_opaque = traits & ShapeTraits::TRANSMITS == 0;
         let is_one_sided = E::OneSided::ON & (traits & ShapeTraits::IS_ONE_SIDED != 0);

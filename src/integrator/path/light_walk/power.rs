@@ -58,7 +58,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             scattering.eta2[lane] = 1.0;
             scattering.is_transmitted[lane] = u32::from(towards.is_transmitted.has(lane));
             if bounce == 0
-                && let Some(start) = &mut starts[block.path[lane] as usize]
+                && let Some(start) = &mut starts[block.sample_index[lane] as usize]
             {
                 let receiver = towards.receivers[lane].as_ref();
                 let nee = self.density_of_nee(scene, start, receiver, block, lane);

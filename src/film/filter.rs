@@ -204,12 +204,12 @@ impl Filter {
             let mut cells = [[0.0; LANES]; 6];
             for lane in 0..LANES {
                 let (signed, cell) = self.cell(u[lane]);
-                let found = &self.cells[cell];
-                let of_cell = [found.to, found.scale, found.a, found.b, signed, cell as f32];
+                let entry = &self.cells[cell];
+                let of_cell = [entry.to, entry.scale, entry.a, entry.b, signed, cell as f32];
                 for (cells, of_cell) in cells.iter_mut().zip(of_cell) {
                     cells[lane] = of_cell;
                 }
-                weights[lane] *= found.weight;
+                weights[lane] *= entry.weight;
             }
             let mut offsets = [[0.0; LANES]];
             offsets_within(self.reach, &cells, &mut offsets);
@@ -226,9 +226,9 @@ impl Filter {
             return (uniform_within(self.reach, u), 1.0);
         }
         let (signed, cell) = self.cell(u);
-        let found = &self.cells[cell];
-        let within = [found.to, found.scale, found.a, found.b, signed, cell as f32];
-        (offset_within(self.reach, within), found.weight)
+        let entry = &self.cells[cell];
+        let within = [entry.to, entry.scale, entry.a, entry.b, signed, cell as f32];
+        (offset_within(self.reach, within), entry.weight)
     }
 
     /// Returns the cumulative share from the centre, with the sign of its side, and the cell that contains it.

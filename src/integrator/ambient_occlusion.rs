@@ -33,7 +33,7 @@ impl Integrator for AmbientOcclusion {
         scene: &Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
-        found: Option<Hit>,
+        hit: Option<Hit>,
         rays: &mut RayCounts,
         observer: &mut O,
     ) -> Rgb {
@@ -45,8 +45,7 @@ impl Integrator for AmbientOcclusion {
         } else {
             0.0
         };
-        let at: Option<Interaction<E>> =
-            scene.surface_interaction(&ray, time, None, u_alpha, found);
+        let at: Option<Interaction<E>> = scene.surface_interaction(&ray, time, None, u_alpha, hit);
         let Some(at) = at else {
             observer.escaped(ray.dir);
             return Rgb::BLACK;

@@ -71,8 +71,12 @@ impl Light {
                 from_beyond(ray, u_position, around)
             }
             Self::Environment(map) if E::EnvironmentMap::ON => {
-                let found = map.sample(u_direction, EnvironmentSampling::Radiance)?;
-                from_beyond((-found.wi, found.radiance, found.pdf), u_position, around)
+                let sample = map.sample(u_direction, EnvironmentSampling::Radiance)?;
+                from_beyond(
+                    (-sample.wi, sample.radiance, sample.pdf),
+                    u_position,
+                    around,
+                )
             }
             _ => beyond_kernel(),
         }

@@ -141,13 +141,13 @@ pub fn first_hits(
             job.block(block, wavefront)
         })
         .collect();
-    let mut found = vec![FirstHit::default(); window.pixel_count() as usize];
+    let mut first_hits = vec![FirstHit::default(); window.pixel_count() as usize];
     for (block, of_block) in blocks.into_iter().zip(of_blocks) {
         for lane in block.lanes_in(window).each() {
-            found[window.index(block.pixel(lane))] = of_block[lane];
+            first_hits[window.index(block.pixel(lane))] = of_block[lane];
         }
     }
-    found
+    first_hits
 }
 
 struct FirstHitJob<'a> {

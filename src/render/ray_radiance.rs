@@ -91,7 +91,7 @@ impl RayRadianceJob<'_> {
         integrator: I,
         scratch: &mut RayScratch<E>,
     ) -> RayRadiance {
-        let found = self.scene.accel.intersect(&ray.ray, ray.time, None);
+        let hit = self.scene.accel.intersect(&ray.ray, ray.time, None);
         let mut sums = PixelSums::default();
         let mut rejected = 0;
         let RayScratch {
@@ -109,7 +109,7 @@ impl RayRadianceJob<'_> {
                 let mut sampler = self.sampler.clone();
                 sampler.start([place, 0], index);
                 let path = samplers.len();
-                samples[path / LANES].add(path % LANES, ray, found);
+                samples[path / LANES].add(path % LANES, ray, hit);
                 samplers.push(sampler);
             }
             integrator.radiances::<E, _, _>(

@@ -127,8 +127,9 @@ impl Scene {
         u_position: Vec2,
         u_direction: Vec2,
     ) -> Option<EmissionSample> {
-        let found = self.lights.get(light);
-        let sample = found.sample_emission::<E>(time, u_position, u_direction, &self.around);
+        let sampled_light = self.lights.get(light);
+        let sample =
+            sampled_light.sample_emission::<E>(time, u_position, u_direction, &self.around);
         let mut sample = sample?;
         self.adapt_to_primitive::<E>(light, time, &mut sample.radiance, &mut sample.end);
         (!sample.radiance.is_black()).then_some(sample)

@@ -26,8 +26,8 @@ impl Scene {
         excluded: Option<ExcludedPrimitive>,
         u_alpha: f32,
     ) -> Option<Interaction<E>> {
-        let found = self.accel.intersect(ray, time, excluded);
-        self.surface_interaction(ray, time, excluded, u_alpha, found)
+        let hit = self.accel.intersect(ray, time, excluded);
+        self.surface_interaction(ray, time, excluded, u_alpha, hit)
     }
 
     /// Returns the closest interaction along a ray, given its closest hit.
@@ -38,12 +38,12 @@ impl Scene {
         time: f32,
         excluded: Option<ExcludedPrimitive>,
         u_alpha: f32,
-        found: Option<Hit>,
+        hit: Option<Hit>,
     ) -> Option<Interaction<E>> {
-        let (mut ray, mut u_alpha, mut found) = (*ray, u_alpha, found);
+        let (mut ray, mut u_alpha, mut closest) = (*ray, u_alpha, hit);
         let mut passed = None;
         loop {
-            let hit = found?;
+            let hit = closest?;
             let mut surface = self
                 .world
                 .surface_at::<E>(hit.id, &ray, time, hit.t, hit.uv);
@@ -51,7 +51,7 @@ impl Scene {
             if E::Alpha::ON && side == passed {
                 // The distances of one hit may differ by rounding from one query to the next.
                 ray.begin_after(hit.t);
-                found = self.accel.intersect(&ray, time, excluded);
+                closest = self.accel.intersect(&ray, time, excluded);
                 continue;
             }
             let shape = &self.shapes[hit.id.shape as usize];
@@ -73,7 +73,7 @@ impl Scene {
                 u_alpha = planted!("alpha-number-reused", u_alpha, rest.min(ONE_MINUS_EPSILON));
                 passed = side;
                 ray.begin_after(hit.t);
-                found = self.accel.intersect(&ray, time, excluded);
+                closest = self.accel.intersect(&ray, time, excluded);
                 continue;
             }
             if E::NormalMaps::ON

@@ -107,7 +107,7 @@ impl Level {
         let mut closest = None;
         let _ = self.tree.traverse(query, |place, end| {
             let triangle = &self.triangles[place];
-            let found = match ray.intersect(triangle) {
+            let candidate = match ray.intersect(triangle) {
                 Some((t, uv)) => Some((t, ClosestHit::Triangle(place, uv))),
                 None if triangle[0].x.is_nan() => {
                     let hit = other(self.items[place], &ray);
@@ -115,19 +115,19 @@ impl Level {
                 }
                 None => None,
             };
-            if let Some((t, _)) = found {
+            if let Some((t, _)) = candidate {
                 ray.end_at(t);
                 *end = parameter.high(t);
-                closest = found;
+                closest = candidate;
             }
             ControlFlow::Continue(())
         });
-        closest.map(|(t, found)| (t, self.resolve(t, found)))
+        closest.map(|(t, hit)| (t, self.resolve(t, hit)))
     }
 
     #[inline]
-    fn resolve(&self, t: f64, found: ClosestHit) -> Hit {
-        match found {
+    fn resolve(&self, t: f64, hit: ClosestHit) -> Hit {
+        match hit {
             ClosestHit::Other(hit) => hit,
             ClosestHit::Triangle(place, uv) => match self.items[place] {
                 Item::Primitive(id) => Hit {

@@ -275,9 +275,9 @@ impl Scene {
         interactions: &mut InteractionLanes<E>,
     ) -> ActiveLanes<LANES> {
         let SurfaceScratch(triangles) = scratch;
-        let mut found = active.and(|lane| packet.hits.geometry[lane] != NO_ID);
+        let mut hit_lanes = active.and(|lane| packet.hits.geometry[lane] != NO_ID);
         let mut scalar_lanes = ActiveLanes::<LANES>::NONE;
-        for lane in found.each() {
+        for lane in hit_lanes.each() {
             let shape = packet.hits.geometry[lane];
             let traits = self.shapes[shape as usize].traits;
             interactions.traits[lane] = traits.0;
@@ -289,7 +289,7 @@ impl Scene {
             }
         }
         let outside = self::interactions::<E>(triangles, packet, interactions);
-        let scalar_lanes = found.and(|lane| {
+        let scalar_lanes = hit_lanes.and(|lane| {
             let has_alpha =
                 E::Alpha::ON & (interactions.traits[lane] & ShapeTraits::HAS_ALPHA != 0);
             let has_normal_map =
@@ -311,9 +311,9 @@ impl Scene {
                     interactions.traits[lane] = self.shapes[at.id.shape as usize].traits.0;
                     interactions.set(lane, &at);
                 }
-                None => found.set(lane, false),
+                None => hit_lanes.set(lane, false),
             }
         }
-        found
+        hit_lanes
     }
 }

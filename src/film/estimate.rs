@@ -71,7 +71,7 @@ impl Film {
     }
 
     /// The pixels around a pixel, at most `radius` rows and columns away, without the pixel itself.
-    pub fn around(&self, index: usize, radius: usize) -> impl Iterator<Item = usize> + use<> {
+    pub fn neighbours(&self, index: usize, radius: usize) -> impl Iterator<Item = usize> + use<> {
         let (width, height) = (self.window.width as usize, self.window.height as usize);
         let (x, y) = (index % width, index / width);
         let rows = y.saturating_sub(radius)..(y + radius + 1).min(height);

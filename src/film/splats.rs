@@ -34,7 +34,7 @@ pub struct Strategy {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Splat {
     /// The film position.
-    pub film: Vec2,
+    pub film_position: Vec2,
     /// Radiance times the number of samples.
     pub value: Rgb,
 }

@@ -128,7 +128,7 @@ impl IntegratorKind {
     }
 
     /// The largest number of scattering events, for integrators of direct light only.
-    pub fn most_bounces(self) -> Option<u32> {
+    pub fn bounce_limit(self) -> Option<u32> {
         match self {
             Self::DirectDirectional | Self::DirectArea => Some(1),
             _ => None,
@@ -143,7 +143,7 @@ impl IntegratorKind {
         }
         let technique = self.technique().unwrap_or(Technique::PATH);
         let mut lacks = Vec::new();
-        if self.most_bounces().is_some() {
+        if self.bounce_limit().is_some() {
             lacks.push("light that scatters more than once is missing");
         }
         if effects.has(Effect::DeltaLights) && !technique.samples_lights() {
@@ -153,7 +153,7 @@ impl IntegratorKind {
         }
         // Delta lights are found only by light sampling, which cannot go by way of a delta lobe, and by light paths.
         let has_both = effects.has(Effect::DeltaLights) && effects.has(Effect::Specular);
-        if has_both && technique.samples_lights() && self.most_bounces().is_none() {
+        if has_both && technique.samples_lights() && self.bounce_limit().is_none() {
             lacks.push(if self.splats() || effects.has(Effect::LightPaths) {
                 "caustics of point, spot and distant lights that are seen in mirrors or through smooth glass are missing"
             } else {
@@ -179,9 +179,9 @@ mod tests {
                 bias.matches("mirrors").count() > 0
             };
             let technique = integrator.technique().unwrap_or(Technique::PATH);
-            let looks = technique.samples_lights() && integrator.most_bounces().is_none();
+            let finds_lights = technique.samples_lights() && integrator.bounce_limit().is_none();
             let is_transport = integrator != IntegratorKind::AmbientOcclusion;
-            assert_eq!(lacks(both), looks && is_transport, "{integrator:?}");
+            assert_eq!(lacks(both), finds_lights && is_transport, "{integrator:?}");
             assert!(!lacks(lights) && !lacks(EffectSet::NONE.with(Effect::Specular)));
         }
         let [path, bidirectional] = [IntegratorKind::Path, IntegratorKind::Bidirectional]

@@ -72,7 +72,7 @@ impl CausticTargets {
         two_sided: bool,
         u_choice: f32,
         [u_position, u_direction]: [Vec2; 2],
-        around: &BoundingSphere,
+        bounding_sphere: &BoundingSphere,
     ) {
         let rays = EmittedRays::of(&sample.end, sample.direction, two_sided);
         let total: f32 = self.targets(rays).map(|target| target.size).sum();
@@ -103,7 +103,7 @@ impl CausticTargets {
                 let across = Frame::from_normal(-direction).to_world(Vec3::new(d.x, d.y, 0.0));
                 let p = target.axis + across;
                 // The ray begins in front of the whole scene.
-                let depth = (p - around.center).dot(direction) + around.radius;
+                let depth = (p - bounding_sphere.center).dot(direction) + bounding_sphere.radius;
                 sample.origin = p - depth * direction;
             }
         }

@@ -32,7 +32,7 @@ impl Light {
         time: f32,
         u_position: Vec2,
         u_direction: Vec2,
-        around: &BoundingSphere,
+        bounding_sphere: &BoundingSphere,
     ) -> Option<EmissionSample> {
         let flat = [0.0; 2];
         let lamp = |(point, b), emission, pdf| from_surface(point, b, emission, pdf, u_direction);
@@ -68,14 +68,14 @@ impl Light {
             }
             Self::Distant(light) if E::DeltaLights::ON => {
                 let ray = (light.direction(), light.irradiance(), None);
-                from_beyond(ray, u_position, around)
+                from_beyond(ray, u_position, bounding_sphere)
             }
             Self::Environment(map) if E::EnvironmentMap::ON => {
                 let sample = map.sample(u_direction, EnvironmentSampling::Radiance)?;
                 from_beyond(
                     (-sample.wi, sample.radiance, sample.pdf),
                     u_position,
-                    around,
+                    bounding_sphere,
                 )
             }
             _ => beyond_kernel(),
@@ -101,7 +101,7 @@ impl Light {
         time: f32,
         normal: Vec3,
         direction: Vec3,
-        around: &BoundingSphere,
+        bounding_sphere: &BoundingSphere,
     ) -> EmissionPdf {
         let cos = direction.dot(normal);
         let lamp = |pdf, emission: Emission| EmissionPdf {
@@ -124,11 +124,11 @@ impl Light {
             Self::Point(_) => point(PdfSolidAngle(warp::PDF_SPHERE_UNIFORM)),
             Self::Spot(light) => point(light.pdf_direction(direction)),
             Self::Distant(_) => EmissionPdf {
-                position: Some(pdf_disk(around)),
+                position: Some(pdf_disk(bounding_sphere)),
                 direction: None,
             },
             Self::Environment(map) => EmissionPdf {
-                position: Some(pdf_disk(around)),
+                position: Some(pdf_disk(bounding_sphere)),
                 direction: Some(map.eval(-direction, EnvironmentSampling::Radiance).1),
             },
         }
@@ -224,23 +224,24 @@ fn from_point(
 fn from_beyond(
     (direction, radiance, pdf): (Vec3, Rgb, Option<PdfSolidAngle>),
     u: Vec2,
-    around: &BoundingSphere,
+    bounding_sphere: &BoundingSphere,
 ) -> Option<EmissionSample> {
-    let d = around.radius * warp::sample_disk_concentric(u);
+    let d = bounding_sphere.radius * warp::sample_disk_concentric(u);
     let frame = Frame::from_normal(-direction);
     Some(EmissionSample {
         end: ShadowRayEnd::Infinity,
-        origin: around.center + frame.to_world(Vec3::new(d.x, d.y, around.radius)),
+        origin: bounding_sphere.center
+            + frame.to_world(Vec3::new(d.x, d.y, bounding_sphere.radius)),
         direction,
         radiance,
         pdf: EmissionPdf {
-            position: Some(pdf_disk(around)),
+            position: Some(pdf_disk(bounding_sphere)),
             direction: pdf,
         },
     })
 }
 
 /// The density of points on a disk of the sphere's radius.
-fn pdf_disk(around: &BoundingSphere) -> PdfArea {
-    PdfArea(1.0 / (PI * around.radius * around.radius))
+fn pdf_disk(bounding_sphere: &BoundingSphere) -> PdfArea {
+    PdfArea(1.0 / (PI * bounding_sphere.radius * bounding_sphere.radius))
 }

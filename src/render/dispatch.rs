@@ -192,7 +192,7 @@ pub fn path<C, K: Indirect>(
     PathIntegrator {
         technique,
         indirect,
-        max_bounces: settings.most_bounces(),
+        max_bounces: settings.bounce_limit(),
         roulette: settings.roulette(),
         light_choice: settings.light_choice(),
         environment_sampling: settings.environment_sampling(),
@@ -204,7 +204,7 @@ pub fn path<C, K: Indirect>(
 /// The bidirectional integrator of these settings, whose samples are spread over `film_area` pixels of film.
 pub fn bidirectional(settings: &RenderSettings, film_area: f64) -> Bidirectional {
     Bidirectional {
-        max_bounces: settings.most_bounces(),
+        max_bounces: settings.bounce_limit(),
         roulette: settings.roulette(),
         film_area,
         light_choice: settings.light_choice(),

@@ -221,7 +221,7 @@ fn may_be_endless(settings: &RenderSettings) -> bool {
         |technique| matches!(technique.emission, EmissionRule::Termination { unlit, .. } if unlit > 0.0),
     );
     let ends = has_coin || settings.integrator == IntegratorKind::AmbientOcclusion;
-    settings.roulette() == Roulette::None && settings.most_bounces().is_none() && !ends
+    settings.roulette() == Roulette::None && settings.bounce_limit().is_none() && !ends
 }
 
 #[cfg(test)]

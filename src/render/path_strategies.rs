@@ -144,7 +144,7 @@ impl KernelJob for TileJob<'_> {
                 let splats = &self.splats[PathStrategy::LightPaths as usize];
                 for it in found.splats.drain(..).map(|it| it.splat) {
                     if it.value.is_finite() {
-                        splats.add(filter, sample, it.film, it.value);
+                        splats.add(filter, sample, it.film_position, it.value);
                     }
                 }
             }

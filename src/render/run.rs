@@ -84,7 +84,7 @@ impl<'a> Run<'a> {
         self.fill_cache(rendered);
         let step = match budget.error {
             Some(_) => BATCHES,
-            None => settings.least_samples(),
+            None => settings.spp_step(),
         };
         if settings.adaptive == Adaptive::Greedy {
             // The error target is for each pixel, not for the image.

@@ -52,7 +52,7 @@ pub struct StrategyImages {
 /// A usage error that states the requirement.
 pub fn check(settings: &RenderSettings) -> Result<u64> {
     let is_limited = settings
-        .most_bounces()
+        .bounce_limit()
         .is_some_and(|most| most <= MAX_BOUNCES);
     let is_bidirectional = settings.integrator == IntegratorKind::Bidirectional;
     match settings.budget.spp {

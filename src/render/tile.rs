@@ -270,7 +270,10 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             .trace_light_paths(scene, self.integrator, tile.window, found);
         for LightPathSplat { path, splat, gain } in found.splats.drain(..) {
             let (sample, [x, y]) = self.wavefront.sample_of(path);
-            let Splat { film, value } = splat;
+            let Splat {
+                film_position: film,
+                value,
+            } = splat;
             if value.is_finite() {
                 let filter = self.source.rays.filter;
                 splats.add(filter, sample, film, value);
@@ -333,7 +336,12 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         if is_finite {
             if let Some(splats) = self.source.splats {
                 for splat in &*sample_splats {
-                    splats.add(self.source.rays.filter, sample, splat.film, splat.value);
+                    splats.add(
+                        self.source.rays.filter,
+                        sample,
+                        splat.film_position,
+                        splat.value,
+                    );
                 }
             }
             if !is_splatted {

@@ -51,7 +51,7 @@ pub fn scene_radius(boxes: &[Bounds], normalisation: &Normalisation) -> f64 {
 }
 
 /// Returns the sphere through the corners of the bounding box of everything that rays can hit.
-pub fn sphere_around(world: &World) -> BoundingSphere {
+pub fn bounding_sphere(world: &World) -> BoundingSphere {
     let bounds_of = |shapes: &[Geometry]| -> Vec<Bounds> {
         let not_empty = shapes.iter().filter(|shape| shape.primitive_count() > 0);
         not_empty.map(Geometry::bounds).collect()

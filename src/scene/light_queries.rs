@@ -128,8 +128,12 @@ impl Scene {
         u_direction: Vec2,
     ) -> Option<EmissionSample> {
         let sampled_light = self.lights.get(light);
-        let sample =
-            sampled_light.sample_emission::<E>(time, u_position, u_direction, &self.around);
+        let sample = sampled_light.sample_emission::<E>(
+            time,
+            u_position,
+            u_direction,
+            &self.bounding_sphere,
+        );
         let mut sample = sample?;
         self.adapt_to_primitive::<E>(light, time, &mut sample.radiance, &mut sample.end);
         (!sample.radiance.is_black()).then_some(sample)
@@ -148,7 +152,7 @@ impl Scene {
             ShadowRayEnd::Point(_) | ShadowRayEnd::Infinity => Vec3::ZERO,
         };
         let light = self.lights.get(light);
-        light.pdf_emission(time, normal, direction, &self.around)
+        light.pdf_emission(time, normal, direction, &self.bounding_sphere)
     }
 
     /// Applies to a sampled point of a light what the light itself does not store: its texture, its alpha, and the error

@@ -58,7 +58,7 @@ pub struct Scene {
     /// The lights that can be sampled.
     pub lights: Lights,
     /// Bounding sphere of all shapes.
-    pub around: BoundingSphere,
+    pub bounding_sphere: BoundingSphere,
     /// The shapes towards which light paths are sampled.
     pub caustic_targets: CausticTargets,
     /// Radiance of the constant environment; that of an environment map is returned by [`Lights::environment`].

@@ -12,7 +12,7 @@ use super::build_geometry::{build_geometry, instances};
 use super::caustic_targets::caustic_targets;
 use super::description::{CameraDescription, SceneDescription};
 use super::effects;
-use super::extent::{boxes, frame_of, scene_radius, sphere_around};
+use super::extent::{bounding_sphere, boxes, frame_of, scene_radius};
 use super::footprint;
 use super::keyframes;
 use super::material::Material;
@@ -97,7 +97,7 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     );
     let notes = scene_lights.notes(&cache);
     let scene = Scene {
-        around: sphere_around(&world),
+        bounding_sphere: bounding_sphere(&world),
         caustic_targets: caustic_targets(description, &scene_lights.shapes, &world),
         camera: camera(&description.camera, description.film.size, &normalisation),
         environment: description.constant_environment(),

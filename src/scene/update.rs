@@ -9,7 +9,7 @@ use super::build_geometry::instances;
 use super::caustic_targets::caustic_targets;
 use super::description::SceneDescription;
 use super::effects;
-use super::extent::sphere_around;
+use super::extent::bounding_sphere;
 use super::placement::layout;
 use super::prepare::camera;
 use super::scene_lights::SceneLights;
@@ -54,7 +54,7 @@ impl Scene {
         let scene_lights = SceneLights::new(description, &layout, &self.materials, frame, lamps_in);
         let notes = scene_lights.notes(cache);
         self.effects = scene_lights.effects(&description.camera, cache);
-        self.around = sphere_around(&world);
+        self.bounding_sphere = bounding_sphere(&world);
         self.caustic_targets = caustic_targets(description, &scene_lights.shapes, &world);
         (self.world, self.accel) = (world, accel);
         (self.shapes, self.emitters) = (scene_lights.shapes, scene_lights.emitters);

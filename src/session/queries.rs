@@ -137,7 +137,7 @@ impl Session {
         if u32::try_from(rays.len()).is_err() {
             return Err(Error::usage("more than 2^32 rays at once"));
         }
-        let spp = spp.next_multiple_of(settings.least_samples());
+        let spp = spp.next_multiple_of(settings.spp_step());
         let rays: Vec<CameraRay> = rays
             .iter()
             .map(|ray| self.to_scene(ray))

@@ -209,7 +209,7 @@ impl Rendering {
     /// The samples per pixel of the whole render, if they are known.
     pub fn whole_spp(&self) -> Option<u64> {
         let spp = self.settings.budget.spp?;
-        Some(spp.next_multiple_of(self.settings.least_samples()))
+        Some(spp.next_multiple_of(self.settings.spp_step()))
     }
 
     /// The budget of this render, or of the shard that it is restricted to.

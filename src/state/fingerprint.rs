@@ -106,7 +106,7 @@ fn all_settings(
 ) -> Result<Map<String, Value>> {
     let resolved = RenderSettings {
         roulette: Some(settings.roulette()),
-        max_bounces: settings.most_bounces(),
+        max_bounces: settings.bounce_limit(),
         ..settings.clone()
     };
     // The estimator that the render has, whatever was asked for.

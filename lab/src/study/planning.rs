@@ -149,20 +149,20 @@ impl Study<'_> {
         let mut comparison = 0.0;
         for (index, variant) in variants.enumerate() {
             let (mut points, mut error_records) = (Vec::new(), Vec::new());
-            let least = variant.settings.least_samples();
+            let spp_step = variant.settings.spp_step();
             let (mut times, mut spent) = (1, 0.0);
             loop {
                 let number = points.len() as u64;
                 let place = [index as u64, number, 0];
                 let seed = seed_for(self.settings.seed, Purpose::WarmUp, place);
-                let settings = self.prepared.settings(variant, times * least, seed);
+                let settings = self.prepared.settings(variant, times * spp_step, seed);
                 let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
                     return Ok(None);
                 };
                 points.push([times as f64, shot.seconds.wall]);
                 let error = shot.film.error(CONFIDENCE);
                 error_records
-                    .extend(error.map(|error| ErrorRecord::new((times * least) as f64, &error)));
+                    .extend(error.map(|error| ErrorRecord::new((times * spp_step) as f64, &error)));
                 spent += shot.seconds.wall;
                 // The next render takes about twice as long.
                 if points.len() > 2 && 2.0 * shot.seconds.wall + spent > each {
@@ -176,12 +176,12 @@ impl Study<'_> {
             let law = TimeLaw::of(&points[1..]).ok_or_else(|| Error::render("no time passed"))?;
             if let Some(study) = self.report.variants.get_mut(index) {
                 study.warm_up = TimeLaw {
-                    sample: law.sample / least as f64,
+                    sample: law.sample / spp_step as f64,
                     ..law
                 };
             }
             laws.push(law);
-            let of_samples = |&[times, seconds]: &[f64; 2]| [times * least as f64, seconds];
+            let of_samples = |&[times, seconds]: &[f64; 2]| [times * spp_step as f64, seconds];
             all_points.push(points[1..].iter().map(of_samples).collect());
             all_records.push(error_records);
         }
@@ -236,9 +236,9 @@ impl Study<'_> {
     pub(super) fn begin_levels(&mut self, schedule: &Schedule) {
         let variants = self.report.variants.iter_mut().zip(&self.settings.variants);
         for ((study, variant), seeds) in variants.zip(&schedule.seeds) {
-            let least = variant.settings.least_samples();
+            let spp_step = variant.settings.spp_step();
             let level = |level: usize| LevelReport {
-                spp: least << level,
+                spp: spp_step << level,
                 ..LevelReport::default()
             };
             study.levels = (0..seeds.len()).map(level).collect();

@@ -52,7 +52,7 @@ impl Study<'_> {
         watch: &StudyClock<'_>,
     ) -> Result<Option<ReferenceRenders>> {
         let variant = self.reference_variant();
-        let spp = spp * variant.settings.least_samples();
+        let spp = spp * variant.settings.spp_step();
         let seeds =
             [0, 1].map(|index| seed_for(self.settings.seed, Purpose::Reference, [index, shard, 0]));
         let mut shots = Vec::new();

@@ -121,7 +121,7 @@ impl<'a> Runner<'a> {
         let index = [task.variant as u64, u64::from(task.level), number];
         let seed = seed_for(self.settings.seed, Purpose::Level, index);
         let variant = &self.settings.variants[task.variant];
-        let spp = variant.settings.least_samples() << task.level;
+        let spp = variant.settings.spp_step() << task.level;
         let settings = self.prepared.settings(variant, spp, seed);
         let levels = &mut self.times[task.variant];
         let is_longest = task.level as usize + 1 == levels.len();

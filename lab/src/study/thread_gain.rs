@@ -37,7 +37,7 @@ impl Study<'_> {
             );
             return Ok(Some(()));
         }
-        let least = variant.settings.least_samples();
+        let spp_step = variant.settings.spp_step();
         let [fewest, most] = ROUNDS;
         let seconds = SCALING * self.settings.budget;
         // A pair takes as long as one render and `measured` times that.
@@ -49,7 +49,7 @@ impl Study<'_> {
             let seed = seed_for(self.settings.seed, Purpose::Scaling, [round, 0, 0]);
             let mut times = [0.0; 2];
             for (time, threads) in times.iter_mut().zip([1, measured]) {
-                let mut settings = self.prepared.settings(variant, spp * least, seed);
+                let mut settings = self.prepared.settings(variant, spp * spp_step, seed);
                 settings.threads = threads;
                 let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
                     return Ok(None);

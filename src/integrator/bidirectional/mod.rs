@@ -85,7 +85,7 @@ impl Integrator for Bidirectional {
         let (reaches, list) = (splats.reaches, &mut splats.splats);
         let take = |it: Contribution| match it.film {
             Some(film) => list.push(Splat {
-                film,
+                film_position: film,
                 value: it.value(),
             }),
             None => radiance += it.value(),

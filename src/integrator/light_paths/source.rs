@@ -40,9 +40,9 @@ impl LightPathFirstRay {
         let mut sample = scene.sample_emission::<E>(light, time, numbers[0], numbers[1])?;
         if !scene.caustic_targets.is_empty() {
             let of_light = scene.lights.get(light);
-            let (targets, around) = (&scene.caustic_targets, &scene.around);
+            let (targets, bounding_sphere) = (&scene.caustic_targets, &scene.bounding_sphere);
             let two_sided = of_light.is_two_sided();
-            targets.redirect(&mut sample, two_sided, u_target, numbers, around);
+            targets.redirect(&mut sample, two_sided, u_target, numbers, bounding_sphere);
             let EmissionSample { end, direction, .. } = sample;
             let is_emitted = match of_light {
                 Light::Spot(spot) => {

@@ -243,7 +243,7 @@ fn estimated_from_neighbours(film: &Film, own: &[f64]) -> Vec<f64> {
     let width = film.window().width as usize;
     let means = (0..own.len()).map(|index| {
         let (mut sum, mut weights) = (0.0, 0.0);
-        for other in film.around(index, REACH) {
+        for other in film.neighbours(index, REACH) {
             let differs = colour(other, width) != colour(index, width);
             if planted!("neighbours-of-either-colour-tell", true, differs) {
                 let weight = nearness(index, other, width);

@@ -209,7 +209,7 @@ fn takes_other_paths(settings: &RenderSettings) -> bool {
     settings.integrator == IntegratorKind::Path
         && settings.adaptive == Adaptive::Off
         && settings.roulette != Some(Roulette::None)
-        && settings.most_bounces().is_none_or(|most| most > 1)
+        && settings.bounce_limit().is_none_or(|limit| limit > 1)
 }
 
 /// Whether the kernel of the settings, if they name one, has an effect: what a pilot chooses must not make a render fail.

@@ -61,7 +61,7 @@ pub fn choose(
     let is_open = settings.has_window_pilot
         && settings.roulette.is_none()
         && settings.integrator == IntegratorKind::Path
-        && settings.most_bounces().is_none_or(|most| most > 1);
+        && settings.bounce_limit().is_none_or(|limit| limit > 1);
     let smaller = WeightWindow::reciprocal_of(SMALLER).filter(|_| is_open);
     let Some(smaller) = smaller.map(Roulette::Window) else {
         return Ok(None);

@@ -50,13 +50,13 @@ impl RenderSettings {
     }
 
     /// The largest number of scattering events, by these settings and by the integrator.
-    pub fn most_bounces(&self) -> Option<u32> {
-        let limits = [self.max_bounces, self.integrator.most_bounces()];
+    pub fn bounce_limit(&self) -> Option<u32> {
+        let limits = [self.max_bounces, self.integrator.bounce_limit()];
         limits.into_iter().flatten().min()
     }
 
     /// The step of sample counts: the number of batches where each needs equally many samples, otherwise 1.
-    pub fn least_samples(&self) -> u64 {
+    pub fn spp_step(&self) -> u64 {
         let in_whole_rounds = self.layers
             || self.budget.error.is_some()
             || self.adaptive != Adaptive::Off

@@ -108,10 +108,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         for lane in lights.shadow_ray_lanes.each() {
             if visible[lane] > 0.0 {
                 let value = load::<Rgb>(&lights.contribution, lane) * visible[lane];
-                let film = connections[lane].film.position;
+                let film_position = connections[lane].film.position;
                 splats.splats.push(LightPathSplat {
                     path: block.sample_index[lane],
-                    splat: Splat { film, value },
+                    splat: Splat {
+                        film_position,
+                        value,
+                    },
                     gain: gains[lane] * visible[lane],
                 });
             }

@@ -93,7 +93,7 @@ impl CoatedBase {
     fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfValue {
         match self {
             Self::Conductor(model) => model.eval(wo, wi),
-            Self::Principled(model) => model.eval(wo, &model.choice(wo), wi),
+            Self::Principled(model) => model.eval(wo, &model.lobe_probabilities(wo), wi),
         }
     }
 
@@ -101,7 +101,7 @@ impl CoatedBase {
     fn sample(&self, wo: Vec3, numbers: &BsdfSampleInput) -> Option<BsdfSample> {
         match self {
             Self::Conductor(model) => model.sample(wo, numbers.lobe, numbers.u),
-            Self::Principled(model) => model.sample(wo, &model.choice(wo), numbers),
+            Self::Principled(model) => model.sample(wo, &model.lobe_probabilities(wo), numbers),
         }
     }
 

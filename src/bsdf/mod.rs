@@ -52,14 +52,14 @@ impl Bsdf {
     /// Binds the BSDF to `wo`, for several evaluations or samples.
     #[inline]
     pub fn bind<E: Effects>(&self, wo: Vec3) -> BoundBsdf<'_> {
-        let choice = match self {
-            Self::Principled(model) if has_lobes::<E>() => Some(model.choice(wo)),
+        let lobe_probabilities = match self {
+            Self::Principled(model) if has_lobes::<E>() => Some(model.lobe_probabilities(wo)),
             _ => None,
         };
         BoundBsdf {
             bsdf: self,
             wo,
-            choice,
+            lobe_probabilities,
         }
     }
 
@@ -128,7 +128,7 @@ pub struct BoundBsdf<'a> {
     bsdf: &'a Bsdf,
     wo: Vec3,
     /// The lobe probabilities of the principled model.
-    choice: Option<LobeProbabilities>,
+    lobe_probabilities: Option<LobeProbabilities>,
 }
 
 impl BoundBsdf<'_> {
@@ -149,13 +149,13 @@ impl BoundBsdf<'_> {
     #[inline]
     pub fn eval<E: Effects>(&self, wi: Vec3) -> BsdfValue {
         let wo = self.wo;
-        match (self.bsdf, &self.choice) {
+        match (self.bsdf, &self.lobe_probabilities) {
             (Bsdf::Diffuse(model), _) => model.eval(wo, wi),
             (Bsdf::Mirror(model), _) if has_lobes::<E>() => model.eval(),
             (Bsdf::Conductor(model), _) if has_lobes::<E>() => model.eval(wo, wi),
             (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.eval(wo, wi),
             (Bsdf::Phong(model), _) if E::Glossy::ON => model.eval(wo, wi),
-            (Bsdf::Principled(model), Some(choice)) => model.eval(wo, choice, wi),
+            (Bsdf::Principled(model), Some(probabilities)) => model.eval(wo, probabilities, wi),
             (Bsdf::Coated(model), _) if has_lobes::<E>() => model.eval(wo, wi),
             _ => beyond_kernel(),
         }
@@ -165,13 +165,15 @@ impl BoundBsdf<'_> {
     #[inline]
     pub fn sample<E: Effects>(&self, input: &BsdfSampleInput) -> Option<BsdfSample> {
         let (wo, BsdfSampleInput { lobe, u, .. }) = (self.wo, *input);
-        match (self.bsdf, &self.choice) {
+        match (self.bsdf, &self.lobe_probabilities) {
             (Bsdf::Diffuse(model), _) => model.sample(wo, input),
             (Bsdf::Mirror(model), _) if has_lobes::<E>() => model.sample(wo),
             (Bsdf::Conductor(model), _) if has_lobes::<E>() => model.sample(wo, lobe, u),
             (Bsdf::Dielectric(model), _) if E::Transmission::ON => model.sample(wo, lobe, u),
             (Bsdf::Phong(model), _) if E::Glossy::ON => model.sample(wo, input),
-            (Bsdf::Principled(model), Some(choice)) => model.sample(wo, choice, input),
+            (Bsdf::Principled(model), Some(probabilities)) => {
+                model.sample(wo, probabilities, input)
+            }
             (Bsdf::Coated(model), _) if has_lobes::<E>() => model.sample(wo, input),
             _ => beyond_kernel(),
         }

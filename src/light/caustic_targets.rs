@@ -43,7 +43,7 @@ enum EmittedRays {
 
 /// A target as seen by the rays.
 #[derive(Debug, Clone, Copy)]
-struct Target {
+struct ProjectedTarget {
     /// The axis of its cone, or the centre of its disk.
     axis: Vec3,
     /// The solid angle of its cone, or the area of its disk: in proportion to the probability of selecting it. Zero where
@@ -75,12 +75,12 @@ impl CausticTargets {
         bounding_sphere: &BoundingSphere,
     ) {
         let rays = EmittedRays::of(&sample.end, sample.direction, two_sided);
-        let total: f32 = self.targets(rays).map(|target| target.size).sum();
+        let total: f32 = self.projected(rays).map(|target| target.size).sum();
         if total <= 0.0 || u_choice >= TARGETED {
             return;
         }
         let mut rest = u_choice / TARGETED * total;
-        let reached = self.targets(rays).filter(|target| target.size > 0.0);
+        let reached = self.projected(rays).filter(|target| target.size > 0.0);
         let mut chosen = None;
         for target in reached {
             chosen = Some(target);
@@ -124,7 +124,7 @@ impl CausticTargets {
         }
         let rays = EmittedRays::of(end, direction, two_sided);
         let (mut total, mut hit) = (0.0, 0.0);
-        for target in self.targets(rays).filter(|target| target.size > 0.0) {
+        for target in self.projected(rays).filter(|target| target.size > 0.0) {
             total += target.size;
             let is_hit = match rays {
                 EmittedRays::From { .. } => {
@@ -155,9 +155,9 @@ impl CausticTargets {
     }
 
     /// The targets as seen by the rays.
-    fn targets(&self, rays: EmittedRays) -> impl Iterator<Item = Target> {
+    fn projected(&self, rays: EmittedRays) -> impl Iterator<Item = ProjectedTarget> {
         self.spheres.iter().map(move |sphere| match rays {
-            EmittedRays::Along(_) => Target {
+            EmittedRays::Along(_) => ProjectedTarget {
                 axis: sphere.center,
                 size: PI * sphere.radius * sphere.radius,
             },
@@ -172,13 +172,13 @@ impl CausticTargets {
                 let sin2 = sphere.radius * sphere.radius / distance2;
                 // A sphere around the point itself fills all directions.
                 if sin2 >= 1.0 {
-                    return Target {
+                    return ProjectedTarget {
                         axis: Vec3::Z,
                         size: 4.0 * PI,
                     };
                 }
                 let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).sqrt());
-                Target {
+                ProjectedTarget {
                     axis: way / distance2.sqrt(),
                     size: if is_behind {
                         0.0

@@ -140,11 +140,11 @@ impl RectangleLight {
     /// Samples a point on the light for the receiver `p`.
     #[inline]
     pub fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let choice = self.rectangle.choice(p.into());
-        if choice.is_near {
+        let sampling = self.rectangle.sampling_for(p.into());
+        if sampling.is_near {
             return self.sample_near(p, u);
         }
-        self.light_sample(&self.rectangle.sample(p.into(), choice.density, u))
+        self.light_sample(&self.rectangle.sample(p.into(), sampling.density, u))
     }
 
     /// Samples a point uniformly by area, for the receiver `p`.
@@ -158,13 +158,13 @@ impl RectangleLight {
     pub fn pdf(&self, p: Vec3, towards: Vec3, cos: f32) -> Option<PdfSolidAngle> {
         let distance2 = towards.length_squared();
         let rectangle = &self.rectangle;
-        let choice = rectangle.choice(p.into());
-        if choice.is_near {
+        let sampling = rectangle.sampling_for(p.into());
+        if sampling.is_near {
             return self.pdf_near(p, distance2, cos);
         }
         let from_corner = LaneVec3::from(towards) - (rectangle.corner - LaneVec3::from(p));
         let along = Vec2::from(rectangle.edges.map(|edge| from_corner.dot(edge)));
-        let of_shares = choice.density.pdf(self.over_edges2 * along);
+        let of_shares = sampling.density.pdf(self.over_edges2 * along);
         let pdf = rectangle.per_steradian(of_shares, distance2, cos);
         pdf.is_finite().then_some(PdfSolidAngle(pdf))
     }
@@ -233,7 +233,7 @@ impl Rectangle {
     /// The sampling method for the receiver `p`. It depends on nothing else, so that sampling and
     /// [`RectangleLight::pdf`] use the same density. Free of branches.
     #[inline(always)]
-    fn choice(&self, p: LaneVec3) -> RectangleSampling {
+    fn sampling_for(&self, p: LaneVec3) -> RectangleSampling {
         let corner = self.corner - p;
         let is_behind = self.emission.is_dark_behind() & (corner.dot(self.normal) > 0.0);
         let center = corner + 0.5 * (self.edges[0] + self.edges[1]);
@@ -383,7 +383,7 @@ vectorised! {
         for lane in 0..LANES {
             let light = lights.get(lane);
             let p: LaneVec3 = load(p, lane);
-            let RectangleSampling { is_near, density } = light.choice(p);
+            let RectangleSampling { is_near, density } = light.sampling_for(p);
             let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
             let RectanglePoint { position, wi, cos, pdf } = light.sample(p, density, u);
             let is_in_mask = mask.has(lane);

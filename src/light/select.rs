@@ -107,8 +107,8 @@ impl Lights {
     pub fn new(lights: Vec<Light>, powers: &[f64]) -> Self {
         assert_eq!(lights.len(), powers.len());
         let by_power = AliasTable::new(powers);
-        let has_choice = by_power.is_some() && lights.len() > 1;
-        let tree = has_choice
+        let are_several = by_power.is_some() && lights.len() > 1;
+        let tree = are_several
             .then(|| LightTree::new(&lights, powers))
             .flatten();
         let map = (0..).zip(&lights).find_map(|(i, light)| match light {
@@ -339,6 +339,6 @@ impl Lights {
     pub fn pmf_by_power(&self, light: u32) -> Pmf {
         self.by_power
             .as_ref()
-            .map_or(Pmf(0.0), |choice| choice.pmf(light as usize))
+            .map_or(Pmf(0.0), |table| table.pmf(light as usize))
     }
 }

@@ -68,10 +68,9 @@ struct Slots {
 /// A selected child.
 struct Selected {
     index: usize,
-    /// Its probability.
-    share: f64,
+    probability: f64,
     /// The random number, rescaled to [0, 1).
-    rest: f64,
+    rescaled_u: f64,
 }
 
 impl LightTree {
@@ -83,9 +82,9 @@ impl LightTree {
         let mut node = self.nodes.first()?;
         loop {
             let estimates = self.estimates(node, receiver);
-            let Selected { index, share, rest } = select(&estimates, x)?;
-            (x, pmf) = (rest, pmf * share);
-            let child = self.slots.child[node.first as usize + index];
+            let selected = select(&estimates, x)?;
+            (x, pmf) = (selected.rescaled_u, pmf * selected.probability);
+            let child = self.slots.child[node.first as usize + selected.index];
             if child & IS_NODE == 0 {
                 return Some((child, Pmf(pmf as f32))).filter(|(_, pmf)| is_normal(*pmf));
             }
@@ -101,7 +100,7 @@ impl LightTree {
         while place.slot != NONE {
             let node = &self.nodes[place.node as usize];
             let estimates = self.estimates(node, receiver);
-            pmf *= share(&estimates, (place.slot - node.first) as usize);
+            pmf *= probability(&estimates, (place.slot - node.first) as usize);
             place = node.place;
         }
         let pmf = Pmf(pmf as f32);
@@ -132,8 +131,8 @@ impl LightTree {
                 p: load(&receivers.p, lane),
                 normal: load(&receivers.normal, lane),
             };
-            let choice = self.choose(&receiver, [u[0][lane], u[1][lane]]);
-            let (chosen, probability) = choice.unwrap_or((0, Pmf(0.0)));
+            let selected = self.choose(&receiver, [u[0][lane], u[1][lane]]);
+            let (chosen, probability) = selected.unwrap_or((0, Pmf(0.0)));
             (light[lane], pmf[lane]) = (chosen, probability.0);
         }
     }
@@ -183,17 +182,17 @@ fn select(estimates: &Lanes<f32>, x: f64) -> Option<Selected> {
     let is_chosen = |&index: &usize| estimates[index] > 0.0 && before[index] <= target;
     let index = (0..WIDTH).rev().find(is_chosen)?;
     let estimate = f64::from(estimates[index]);
-    let rest = (target - before[index]) / estimate;
+    let rescaled_u = (target - before[index]) / estimate;
     Some(Selected {
         index,
-        share: estimate / sum,
-        rest: rest.clamp(0.0, 1.0_f64.next_down()),
+        probability: estimate / sum,
+        rescaled_u: rescaled_u.clamp(0.0, 1.0_f64.next_down()),
     })
 }
 
 /// The probability of an index.
 #[inline(always)]
-fn share(estimates: &Lanes<f32>, index: usize) -> f64 {
+fn probability(estimates: &Lanes<f32>, index: usize) -> f64 {
     let estimate = f64::from(estimates[index]);
     if estimate > 0.0 {
         estimate / sum(estimates)
@@ -232,9 +231,9 @@ impl Slots {
         self.child.push(child);
     }
 
-    /// The numbers of sixteen children.
+    /// The bounds of sixteen children.
     #[inline(always)]
-    fn sixteen(&self, first: usize) -> Sixteen<'_> {
+    fn child_bounds(&self, first: usize) -> ChildBounds<'_> {
         let [
             x,
             y,
@@ -248,7 +247,7 @@ impl Slots {
             emission,
             intensity,
         ] = &self.numbers;
-        Sixteen {
+        ChildBounds {
             center: [chunk(x, first), chunk(y, first), chunk(z, first)],
             nearness: chunk(nearness, first),
             radius: chunk(radius, first),
@@ -269,7 +268,7 @@ fn chunk(numbers: &[f32], first: usize) -> &Lanes<f32> {
 
 /// The bounds of sixteen children.
 #[derive(Clone, Copy)]
-struct Sixteen<'a> {
+struct ChildBounds<'a> {
     center: [&'a Lanes<f32>; 3],
     nearness: &'a Lanes<f32>,
     radius: &'a Lanes<f32>,
@@ -279,7 +278,7 @@ struct Sixteen<'a> {
     intensity: &'a Lanes<f32>,
 }
 
-impl Sixteen<'_> {
+impl ChildBounds<'_> {
     /// The bounds in one lane.
     #[inline(always)]
     fn get(&self, lane: usize) -> LightBounds<LaneVec3> {
@@ -304,7 +303,7 @@ vectorised! {
         count: usize,
         receiver: &Receiver<LaneVec3>,
     ) -> Lanes<f32> {
-        let children = slots.sixteen(first);
+        let children = slots.child_bounds(first);
         let mut estimates = [0.0; LANES];
         for (lane, to) in estimates.iter_mut().enumerate() {
             let estimate = children.get(lane).estimate(receiver);
@@ -324,7 +323,7 @@ vectorised! {
         light: &mut Lanes<u32>,
         pmf: &mut Lanes<f32>,
     ) {
-        let children = slots.sixteen(0);
+        let children = slots.child_bounds(0);
         let mut estimates = [[0.0; LANES]; WIDTH];
         let mut sums = [0.0_f64; LANES];
         for child in 0..count {
@@ -339,7 +338,7 @@ vectorised! {
                 sums[lane] += f64::from(estimates[lane]);
             }
         }
-        let (mut before, mut share) = ([0.0_f64; LANES], [0.0_f64; LANES]);
+        let (mut before, mut selected) = ([0.0_f64; LANES], [0.0_f64; LANES]);
         *light = [0; LANES];
         for child in 0..count {
             let estimates = &estimates[child];
@@ -349,12 +348,12 @@ vectorised! {
                 let target = joined([u[0][lane], u[1][lane]]) * sums[lane];
                 let is_chosen = (estimate > 0.0) & (before[lane] <= target);
                 light[lane] = if is_chosen { index } else { light[lane] };
-                share[lane] = if is_chosen { estimate } else { share[lane] };
+                selected[lane] = if is_chosen { estimate } else { selected[lane] };
                 before[lane] += estimate;
             }
         }
         for lane in 0..LANES {
-            let probability = (share[lane] / before[lane]) as f32;
+            let probability = (selected[lane] / before[lane]) as f32;
             pmf[lane] = if is_normal(Pmf(probability)) { probability } else { 0.0 };
         }
     }

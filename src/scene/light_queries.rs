@@ -69,14 +69,14 @@ impl Scene {
     #[inline]
     pub fn sample_light<E: Effects>(
         &self,
-        choice: (u32, Pmf),
+        selected: (u32, Pmf),
         rules: LightSampling,
         p: Vec3,
         time: f32,
         u: Vec2,
     ) -> Option<LightSample> {
-        let mut sample = self.lights.sample::<E>(choice, rules, p, time, u)?;
-        self.adapt_to_primitive::<E>(choice.0, time, &mut sample.radiance, &mut sample.end);
+        let mut sample = self.lights.sample::<E>(selected, rules, p, time, u)?;
+        self.adapt_to_primitive::<E>(selected.0, time, &mut sample.radiance, &mut sample.end);
         Some(sample)
     }
 
@@ -110,10 +110,10 @@ impl Scene {
             *active
         };
         for lane in scalar_lanes.each() {
-            let choice = (context.light[lane], Pmf(context.pmf[lane]));
+            let selected = (context.light[lane], Pmf(context.pmf[lane]));
             let u = Vec2::new(context.u[0][lane], context.u[1][lane]);
             let time = context.time[lane];
-            let sample = self.sample_light::<E>(choice, rules, load(p, lane), time, u);
+            let sample = self.sample_light::<E>(selected, rules, load(p, lane), time, u);
             samples.set(lane, sample.as_ref());
         }
     }

@@ -188,7 +188,7 @@ impl PrincipledLanes {
     }
 
     #[inline(always)]
-    fn choice(&self, lane: usize) -> LobeProbabilities {
+    fn lobe_probabilities(&self, lane: usize) -> LobeProbabilities {
         LobeProbabilities {
             facets: self.facets[lane],
             metal_ms: self.multiple[lane],
@@ -242,17 +242,17 @@ vectorised! {
         for lane in 0..LANES {
             let wo: LaneVec3 = load(&lanes.wo, lane);
             let o = table.at(lanes.place(lane), wo.z.abs());
-            let of_lobes = lanes.lobes(lane).choice(o, 0.0);
+            let of_lobes = lanes.lobes(lane).lobe_probabilities(o, 0.0);
             let is_conductor = lanes.is_conductor[lane] != 0;
-            let choice = LobeProbabilities {
+            let probabilities = LobeProbabilities {
                 facets: if is_conductor { 1.0 - o.loss } else { of_lobes.facets },
                 metal_ms: if is_conductor { o.loss } else { of_lobes.metal_ms },
                 base: if is_conductor { 0.0 } else { of_lobes.base },
                 ..of_lobes
             };
-            lanes.facets[lane] = choice.facets;
-            lanes.multiple[lane] = choice.metal_ms;
-            lanes.diffuse[lane] = choice.base;
+            lanes.facets[lane] = probabilities.facets;
+            lanes.multiple[lane] = probabilities.metal_ms;
+            lanes.diffuse[lane] = probabilities.base;
             lanes.loss[lane] = o.loss;
             lanes.schlick[lane] = o.schlick;
         }
@@ -337,9 +337,10 @@ impl PrincipledLanes {
         let (wo, wi): (LaneVec3, LaneVec3) = (load(&self.wo, lane), load(wi, lane));
         let up = |w: LaneVec3| LaneVec3::new(w.x, w.y, w.z.abs());
         let i = table.at(self.place(lane), wi.z.abs());
-        let choice = self.choice(lane);
+        let probabilities = self.lobe_probabilities(lane);
         let lobes = self.lobes(lane);
-        let value: BsdfValue<LaneVec3> = lobes.eval(up(wo), up(wi), &choice, i, true, reflectance);
+        let value: BsdfValue<LaneVec3> =
+            lobes.eval(up(wo), up(wi), &probabilities, i, true, reflectance);
         let reflects = is_same_side(wo, wi);
         let [r, g, b] = value.f.into();
         f[0][lane] = if reflects { r } else { 0.0 };

@@ -170,12 +170,12 @@ impl Principled {
             .with_if(Effect::Transmission, has_glass)
     }
 
-    /// Samples a lobe by its share of the albedo, then a direction; `choice` is [`Principled::choice`] of `wo`.
+    /// Samples a lobe by its share of the albedo, then a direction; `probabilities` is [`Principled::lobe_probabilities`] of `wo`.
     #[inline]
     pub fn sample(
         &self,
         wo: Vec3,
-        choice: &LobeProbabilities,
+        probabilities: &LobeProbabilities,
         input: &BsdfSampleInput,
     ) -> Option<BsdfSample> {
         let BsdfSampleInput {
@@ -186,25 +186,25 @@ impl Principled {
         if wo.z == 0.0 {
             return None;
         }
-        if u_lobe < choice.glass {
-            return self.sample_glass(wo, u_lobe / choice.glass, u, choice);
+        if u_lobe < probabilities.glass {
+            return self.sample_glass(wo, u_lobe / probabilities.glass, u, probabilities);
         }
         let up = Vec3::new(wo.x, wo.y, wo.z.abs());
-        let (mut wi, lobe) = if u_lobe < choice.glass + choice.base {
+        let (mut wi, lobe) = if u_lobe < probabilities.glass + probabilities.base {
             (cosine_direction, Lobe::Diffuse)
-        } else if u_lobe < choice.glass + choice.base + choice.metal_ms {
+        } else if u_lobe < probabilities.glass + probabilities.base + probabilities.metal_ms {
             (self.sample_multiple(u), Lobe::GlossyReflection)
         } else if self.is_rough {
             let wi = self.opaque.ggx.sample_reflection(up, u);
             (wi, Lobe::GlossyReflection)
         } else {
-            return self.sample_smooth(wo, choice);
+            return self.sample_smooth(wo, probabilities);
         };
         if wi.z <= 0.0 {
             return None;
         }
         wi.z = wi.z.copysign(wo.z);
-        self.weigh(wo, wi, lobe, choice)
+        self.weigh(wo, wi, lobe, probabilities)
     }
 
     /// Samples a direction by the multiple scattering of the metal.
@@ -215,33 +215,35 @@ impl Principled {
 
     /// Computes each lobe's share of the albedo towards `wo`, by the brightest channel.
     #[inline]
-    pub fn choice(&self, wo: Vec3) -> LobeProbabilities {
+    pub fn lobe_probabilities(&self, wo: Vec3) -> LobeProbabilities {
         self.opaque
-            .choice(self.albedo.at(wo.z.abs()), self.glass_share)
+            .lobe_probabilities(self.albedo.at(wo.z.abs()), self.glass_share)
     }
 
-    /// Evaluates all lobes except deltas; `choice` is [`Principled::choice`] of `wo`.
+    /// Evaluates all lobes except deltas; `probabilities` is [`Principled::lobe_probabilities`] of `wo`.
     #[inline]
-    pub fn eval(&self, wo: Vec3, choice: &LobeProbabilities, wi: Vec3) -> BsdfValue {
+    pub fn eval(&self, wo: Vec3, probabilities: &LobeProbabilities, wi: Vec3) -> BsdfValue {
         let mut value = BsdfValue::default();
         if let Some((wo, wi)) = facing_up(wo, wi) {
             let i = self.albedo.at(wi.z);
             let schlick = |cos| self.opaque.schlick(cos);
-            value = self.opaque.eval(wo, wi, choice, i, self.is_rough, schlick);
+            value = self
+                .opaque
+                .eval(wo, wi, probabilities, i, self.is_rough, schlick);
         }
         if self.glass_share > 0.0 {
             let glass = self.glass.eval(wo, wi);
             value.f += self.glass_share * glass.f;
-            value.pdf.0 += choice.glass * glass.pdf.0;
+            value.pdf.0 += probabilities.glass * glass.pdf.0;
         }
         value
     }
 
     #[inline]
-    fn sample_smooth(&self, wo: Vec3, choice: &LobeProbabilities) -> Option<BsdfSample> {
-        (choice.facets > 0.0).then(|| BsdfSample {
+    fn sample_smooth(&self, wo: Vec3, probabilities: &LobeProbabilities) -> Option<BsdfSample> {
+        (probabilities.facets > 0.0).then(|| BsdfSample {
             wi: Vec3::new(-wo.x, -wo.y, wo.z),
-            weight: self.opaque.schlick(wo.z.abs()) / choice.facets,
+            weight: self.opaque.schlick(wo.z.abs()) / probabilities.facets,
             pdf: None,
             lobe: Lobe::SpecularReflection,
         })
@@ -253,14 +255,14 @@ impl Principled {
         wo: Vec3,
         u_lobe: f32,
         u: Vec2,
-        choice: &LobeProbabilities,
+        probabilities: &LobeProbabilities,
     ) -> Option<BsdfSample> {
         let sample = self.glass.sample(wo, u_lobe, u)?;
         if sample.pdf.is_some() {
-            return self.weigh(wo, sample.wi, sample.lobe, choice);
+            return self.weigh(wo, sample.wi, sample.lobe, probabilities);
         }
         Some(BsdfSample {
-            weight: (self.glass_share / choice.glass) * sample.weight,
+            weight: (self.glass_share / probabilities.glass) * sample.weight,
             ..sample
         })
     }
@@ -272,9 +274,9 @@ impl Principled {
         wo: Vec3,
         wi: Vec3,
         lobe: Lobe,
-        choice: &LobeProbabilities,
+        probabilities: &LobeProbabilities,
     ) -> Option<BsdfSample> {
-        let value = self.eval(wo, choice, wi);
+        let value = self.eval(wo, probabilities, wi);
         (value.pdf.0 > 0.0).then(|| BsdfSample {
             wi,
             weight: (wi.z.abs() / value.pdf.0) * value.f,

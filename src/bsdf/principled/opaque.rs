@@ -56,7 +56,7 @@ impl<V: Vector> OpaqueLobes<V> {
     /// Computes each lobe's share of the albedo by the brightest channel, given the single scattering towards `wo` and
     /// the share of glass.
     #[inline(always)]
-    pub fn choice(&self, o: SingleScatter, glass_share: f32) -> LobeProbabilities {
+    pub fn lobe_probabilities(&self, o: SingleScatter, glass_share: f32) -> LobeProbabilities {
         let facets = o.reflected(self.f0.max_channel(), self.f90);
         let through = 1.0 - o.reflected(self.coat_f0, 1.0);
         let base = self.base.max_channel() * through;
@@ -79,24 +79,24 @@ impl<V: Vector> OpaqueLobes<V> {
         &self,
         wo: V,
         wi: V,
-        choice: &LobeProbabilities,
+        probabilities: &LobeProbabilities,
         i: SingleScatter,
         is_rough: bool,
         reflectance: impl FnOnce(f32) -> Rgb<V>,
     ) -> BsdfValue<V> {
-        let o = choice.o;
+        let o = probabilities.o;
         let through = |s: SingleScatter| (1.0 - s.reflected(self.coat_f0, 1.0)).max(0.0);
         let base = self.base_scale * through(o) * through(i);
         let ms = multiple_scattering(o, i, self.multiple_scale);
         let mut f = self.base * base + self.metal_ms * ms;
-        let mut pdf = choice.base * pdf_hemisphere_cosine(wi.z());
+        let mut pdf = probabilities.base * pdf_hemisphere_cosine(wi.z());
         if is_rough {
             let facets = self.ggx.reflection_terms(wo, wi);
             f += reflectance(facets.cos) * facets.d_v;
-            let metal_ms = planted!("lobe-left-out-of-pdf", 0.0, choice.metal_ms);
+            let metal_ms = planted!("lobe-left-out-of-pdf", 0.0, probabilities.metal_ms);
             let alpha = self.ggx.alpha();
             let of_multiple = pdf_multiple(wi.z(), alpha * alpha, self.pdf_scale);
-            pdf += choice.facets * facets.pdf + metal_ms * of_multiple;
+            pdf += probabilities.facets * facets.pdf + metal_ms * of_multiple;
         }
         BsdfValue {
             f,

@@ -78,8 +78,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if E::ManyLights::ON {
             stage.at.receivers(receivers);
         }
-        let choices = &scene.lights;
-        choices.choose_lanes::<E>(rules.choice, &nee_lanes, receivers, context);
+        let selection = &scene.lights;
+        selection.choose_lanes::<E>(rules.choice, &nee_lanes, receivers, context);
         block.set_chosen_lights(&nee_lanes, &context.light);
         context.time = block.packet.rays.time;
         let p = &stage.at.p;
@@ -146,7 +146,7 @@ vectorised! {
             let frame = at.frame;
             let wo = frame.to_local(at.wo);
             let wi = frame.to_local(load(&direct_light.samples.wi, lane));
-            let BsdfValue { f, pdf } = bsdfs.diffuse(lane).eval(wo, wi);
+            let BsdfValue { f, pdf } = bsdfs.diffuse_bsdf(lane).eval(wo, wi);
             store(&mut direct_light.f, lane, f);
             direct_light.pdf_bsdf[lane] = pdf.0;
         }

@@ -137,10 +137,10 @@ impl<E: Effects> ReuseScratch<E> {
         }
         let shared = &mut self.packets[first / LANES];
         shared.first.clone_from(at);
-        let matte = bsdfs.matte(&block.active);
+        let matte = bsdfs.diffuse_lanes(&block.active);
         let mut reflects = ActiveLanes::NONE;
         for lane in matte.each() {
-            let reflectance = bsdfs.diffuse(lane).reflectance();
+            let reflectance = bsdfs.diffuse_bsdf(lane).reflectance();
             store(&mut shared.reflectance, lane, reflectance);
             reflects.set(lane, reflectance.max_channel() > 0.0);
         }
@@ -165,7 +165,7 @@ impl<E: Effects> ReuseScratch<E> {
         at: &InteractionLanes<E>,
         bsdfs: &BsdfLanes<E>,
     ) {
-        for lane in bsdfs.matte(&block.active).each() {
+        for lane in bsdfs.diffuse_lanes(&block.active).each() {
             let path = block.sample_index[lane] as usize;
             let at: Interaction<E, LaneVec3> = at.get(lane);
             let shared = &mut self.packets[path / LANES];

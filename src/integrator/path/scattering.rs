@@ -194,7 +194,7 @@ fn sample_principled<E: Effects>(
     let (numbers, cosine_direction) = (&scattering.numbers, &scattering.cosine_direction);
     let sample_multiple = |lane: usize, u: Vec2| {
         let at: Interaction<E> = at.get(lane);
-        let bsdf = scene.material(at.id).rough::<E>(at.uv.or(Vec2::ZERO));
+        let bsdf = scene.material(at.id).rough_bsdf::<E>(at.uv.or(Vec2::ZERO));
         let (bsdf, _) = bsdf.expect("it was looked up before");
         bsdf.sample_multiple(u)
     };
@@ -315,7 +315,7 @@ vectorised! {
             let at: Interaction<E, LaneVec3> = at.get(lane);
             let wo = at.frame.to_local(at.wo);
             let cosine_direction = load(&scattering.cosine_direction, lane);
-            let sample = bsdfs.diffuse(lane).sample_cosine(wo, cosine_direction);
+            let sample = bsdfs.diffuse_bsdf(lane).sample_cosine(wo, cosine_direction);
             scattering.sampled.set(lane, wo.z != 0.0);
             store(&mut scattering.wi, lane, sample.wi);
             store(&mut scattering.weight, lane, sample.weight);

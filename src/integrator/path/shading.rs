@@ -231,11 +231,11 @@ impl<E: Effects> BsdfLanes<E> {
             let at: Interaction<E> = at.get(lane);
             let material = scene.material(at.id);
             let uv = at.uv.or(Vec2::ZERO);
-            if !all_scalar && let Some(reflectance) = material.diffuse::<E>(uv) {
+            if !all_scalar && let Some(reflectance) = material.diffuse_reflectance::<E>(uv) {
                 store(&mut self.reflectance, lane, reflectance);
             } else if !all_scalar
                 && let Some(stage) = self.principled.get_mut()
-                && let Some((bsdf, place)) = material.rough::<E>(uv)
+                && let Some((bsdf, place)) = material.rough_bsdf::<E>(uv)
             {
                 stage.active.set(lane, true);
                 stage.bsdfs.set(lane, &bsdf, place);
@@ -247,7 +247,7 @@ impl<E: Effects> BsdfLanes<E> {
     }
 
     /// The lanes among the given ones whose BSDF is diffuse and evaluated in lanes.
-    pub fn matte(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
+    pub fn diffuse_lanes(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
         let rest = lanes.without(&self.scalar_lanes);
         match self.principled.get() {
             Some(stage) => rest.without(&stage.active),
@@ -257,7 +257,7 @@ impl<E: Effects> BsdfLanes<E> {
 
     /// The diffuse BSDF of a lane.
     #[inline(always)]
-    pub fn diffuse(&self, lane: usize) -> Diffuse<LaneVec3> {
+    pub fn diffuse_bsdf(&self, lane: usize) -> Diffuse<LaneVec3> {
         let own = planted!("reflectance-of-the-next-lane", lane ^ 1, lane);
         Diffuse::new(load(&self.reflectance, own))
     }

@@ -64,7 +64,7 @@ impl Material {
 
     /// The reflectance at a texture coordinate, if the BSDF is diffuse.
     #[inline]
-    pub fn diffuse<E: Effects>(&self, uv: Vec2) -> Option<Rgb> {
+    pub fn diffuse_reflectance<E: Effects>(&self, uv: Vec2) -> Option<Rgb> {
         match &self.bsdf {
             TexturedBsdf::Uniform(Bsdf::Diffuse(bsdf)) => Some(bsdf.reflectance()),
             TexturedBsdf::Diffuse(colour) if E::Textures::ON => Some(colour.at(uv)),
@@ -74,7 +74,7 @@ impl Material {
 
     /// The BSDF at a texture coordinate with its place in the table of albedos, if it is rough, opaque and evaluated in lanes.
     #[inline]
-    pub fn rough<E: Effects>(&self, uv: Vec2) -> Option<(RoughBsdf<'_>, RowPlace)> {
+    pub fn rough_bsdf<E: Effects>(&self, uv: Vec2) -> Option<(RoughBsdf<'_>, RowPlace)> {
         match &self.bsdf {
             TexturedBsdf::Uniform(Bsdf::Principled(bsdf)) => {
                 let place = bsdf.place_in_lanes()?;

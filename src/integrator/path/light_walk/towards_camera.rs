@@ -112,7 +112,7 @@ vectorised! {
             let at: Interaction<E, LaneVec3> = at.get(lane);
             let to_camera_local = at.frame.to_local(load::<LaneVec3>(w, lane));
             let light = at.frame.to_local(at.wo);
-            let value = bsdfs.diffuse(lane).eval(to_camera_local, light);
+            let value = bsdfs.diffuse_bsdf(lane).eval(to_camera_local, light);
             store(to_camera, lane, to_camera_local);
             store(to_light, lane, light);
             store(&mut towards.factor, lane, value.f);

@@ -57,7 +57,7 @@ impl Scene {
             let shape = &self.shapes[hit.id.shape as usize];
             let material = &self.materials[shape.material as usize];
             let uv = State::<E::Textures, Vec2>::new(|| {
-                if shape.traits.has(ShapeTraits::IS_TEXTURED) {
+                if shape.traits.has(ShapeTraits::TEXTURED) {
                     self.world.uv_at::<E>(hit.id, time, surface.p, hit.uv)
                 } else {
                     Vec2::ZERO

@@ -137,9 +137,9 @@ impl Gathered<'_> {
             let is_flat = is_top_level && matches!(geometry, Geometry::Mesh(_) | Geometry::Disk(_));
             let traits = material
                 .traits()
-                .with_if(ShapeTraits::EMITS, emitter.is_some())
-                .with_if(ShapeTraits::IS_TEXTURED, shines_by_texture)
-                .with_if(ShapeTraits::IS_FLAT, is_flat);
+                .with_if(ShapeTraits::EMISSIVE, emitter.is_some())
+                .with_if(ShapeTraits::TEXTURED, shines_by_texture)
+                .with_if(ShapeTraits::FLAT, is_flat);
             self.shapes.push(ShapeAttributes {
                 described: shape as u32,
                 material: description.material as u32,

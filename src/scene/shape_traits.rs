@@ -10,19 +10,19 @@ pub struct ShapeTraits(pub u32);
 
 impl ShapeTraits {
     /// The shape emits.
-    pub const EMITS: u32 = 1;
+    pub const EMISSIVE: u32 = 1;
     /// The back of its surface absorbs everything.
-    pub const IS_ONE_SIDED: u32 = 1 << 1;
+    pub const ONE_SIDED: u32 = 1 << 1;
     /// A ray that leaves it in any direction cannot truly hit the same primitive again: top-level meshes and disks.
-    pub const IS_FLAT: u32 = 1 << 2;
+    pub const FLAT: u32 = 1 << 2;
     /// Its material transmits light, so that its two sides differ.
-    pub const TRANSMITS: u32 = 1 << 3;
+    pub const TRANSMISSIVE: u32 = 1 << 3;
     /// Its material or its emission needs texture coordinates.
-    pub const IS_TEXTURED: u32 = 1 << 4;
+    pub const TEXTURED: u32 = 1 << 4;
     /// Its material has an opacity below 1 anywhere.
-    pub const HAS_ALPHA: u32 = 1 << 5;
+    pub const ALPHA: u32 = 1 << 5;
     /// Its material tilts normals.
-    pub const HAS_NORMAL_MAP: u32 = 1 << 6;
+    pub const NORMAL_MAPPED: u32 = 1 << 6;
 
     /// Whether the shape has a trait.
     #[inline]

@@ -199,8 +199,8 @@ impl<E: Effects> InteractionLanes<E> {
     fn emitting_or_absorbing_lanes(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
         lanes.and(|lane| {
             let traits = self.traits[lane];
-            let emits = E::AreaLights::ON & (traits & ShapeTraits::EMITS != 0);
-            let is_one_sided = E::OneSided::ON & (traits & ShapeTraits::IS_ONE_SIDED != 0);
+            let emits = E::AreaLights::ON & (traits & ShapeTraits::EMISSIVE != 0);
+            let is_one_sided = E::OneSided::ON & (traits & ShapeTraits::ONE_SIDED != 0);
             emits | (is_one_sided & self.is_behind(lane))
         })
     }

@@ -275,7 +275,7 @@ pub(super) fn with_wo<E: Effects>(
     lane: usize,
     w: Vec3,
 ) -> Interaction<E> {
-    let transmits = at.traits[lane] & ShapeTraits::TRANSMITS != 0;
+    let transmits = at.traits[lane] & ShapeTraits::TRANSMISSIVE != 0;
     at.get::<Vec3>(lane).with_wo(w, transmits)
 }
 

@@ -130,7 +130,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         extend::<E>(&active, survival, bounce, at, block, scattering);
         let round = scattering
             .scattered
-            .and(|lane| at.traits[lane] & ShapeTraits::IS_FLAT == 0);
+            .and(|lane| at.traits[lane] & ShapeTraits::FLAT == 0);
         for lane in round.each() {
             let at: Interaction<E> = at.get(lane);
             let wi = at.frame.to_world(load(&scattering.wi, lane));

@@ -95,7 +95,7 @@ impl<E: Effects> InteractionLanes<E> {
     #[inline(always)]
     pub fn receiver_normal(&self, lane: usize) -> LaneVec3 {
         let normal = load(&self.frame[2], lane);
-        let transmits = self.traits[lane] & ShapeTraits::TRANSMITS != 0;
+        let transmits = self.traits[lane] & ShapeTraits::TRANSMISSIVE != 0;
         if transmits { LaneVec3::ZERO } else { normal }
     }
 
@@ -186,7 +186,7 @@ impl<E: Effects> HitTriangleLanes<E> {
             }
         }
         if let Some(to) = self.uvs.get_mut() {
-            let uvs = if traits.has(ShapeTraits::IS_TEXTURED) {
+            let uvs = if traits.has(ShapeTraits::TEXTURED) {
                 mesh.uvs_of(corners)
             } else {
                 [Vec2::ZERO; 3]
@@ -196,7 +196,7 @@ impl<E: Effects> HitTriangleLanes<E> {
             }
         }
         if let Some(to) = self.transmits.get_mut() {
-            to[lane] = u32::from(traits.has(ShapeTraits::TRANSMITS));
+            to[lane] = u32::from(traits.has(ShapeTraits::TRANSMISSIVE));
         }
     }
 
@@ -290,10 +290,9 @@ impl Scene {
         }
         let outside = self::interactions::<E>(triangles, packet, interactions);
         let scalar_lanes = hit_lanes.and(|lane| {
-            let has_alpha =
-                E::Alpha::ON & (interactions.traits[lane] & ShapeTraits::HAS_ALPHA != 0);
+            let has_alpha = E::Alpha::ON & (interactions.traits[lane] & ShapeTraits::ALPHA != 0);
             let has_normal_map =
-                E::NormalMaps::ON & (interactions.traits[lane] & ShapeTraits::HAS_NORMAL_MAP != 0);
+                E::NormalMaps::ON & (interactions.traits[lane] & ShapeTraits::NORMAL_MAPPED != 0);
             (outside[lane] != 0) | scalar_lanes.has(lane) | has_alpha | has_normal_map
         });
         for lane in scalar_lanes.each() {

@@ -123,11 +123,11 @@ impl Material {
     /// The traits of a shape with this material that follow from it.
     pub fn traits(&self) -> ShapeTraits {
         ShapeTraits::default()
-            .with_if(ShapeTraits::IS_ONE_SIDED, self.one_sided)
-            .with_if(ShapeTraits::TRANSMITS, self.transmits)
-            .with_if(ShapeTraits::IS_TEXTURED, self.is_textured())
-            .with_if(ShapeTraits::HAS_ALPHA, self.alpha.is_some())
-            .with_if(ShapeTraits::HAS_NORMAL_MAP, self.detail.is_some())
+            .with_if(ShapeTraits::ONE_SIDED, self.one_sided)
+            .with_if(ShapeTraits::TRANSMISSIVE, self.transmits)
+            .with_if(ShapeTraits::TEXTURED, self.is_textured())
+            .with_if(ShapeTraits::ALPHA, self.alpha.is_some())
+            .with_if(ShapeTraits::NORMAL_MAPPED, self.detail.is_some())
     }
 
     /// Whether the material needs texture coordinates.

@@ -177,7 +177,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let at: Interaction<E> = stage.at.get(lane);
             block.set_light_path_ratio(lane, 1.0 / start.first_ray.density(scene, at.p));
             if !stage.bsdfs.delta.has(lane) {
-                let transmits = stage.at.traits[lane] & ShapeTraits::TRANSMITS != 0;
+                let transmits = stage.at.traits[lane] & ShapeTraits::TRANSMISSIVE != 0;
                 let receiver = at.receiver(transmits);
                 start.nee = self.density_of_nee(scene, start, Some(&receiver), block, lane);
             }
@@ -229,8 +229,8 @@ fn compute_interactions<E: Effects, S: Sampler>(
     );
     block.active = hit_lanes.and(|lane| {
         let traits = at.traits[lane];
-        let is_opaque = traits & ShapeTraits::TRANSMITS == 0;
-        let is_one_sided = E::OneSided::ON & (traits & ShapeTraits::IS_ONE_SIDED != 0);
+        let is_opaque = traits & ShapeTraits::TRANSMISSIVE == 0;
+        let is_one_sided = E::OneSided::ON & (traits & ShapeTraits::ONE_SIDED != 0);
         !(is_one_sided & is_opaque & at.is_behind(lane))
     });
 }

@@ -20,7 +20,7 @@ use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterSampling};
 use crate::integrator::RayCounts;
 use crate::integrator::indirect::Uncached;
-use crate::integrator::irradiance_cache::{IrradianceCache, Survey, Surveyed};
+use crate::integrator::irradiance_cache::{CacheLookup, IrradianceCache, LookupResult};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::NullPathObserver;
 use crate::integrator::path::PathScratch;
@@ -44,7 +44,7 @@ pub fn cache_prepass(
     scene: &Scene,
     filter: &Filter,
     settings: &RenderSettings,
-    watch: PrepassProgress<'_>,
+    progress: PrepassProgress<'_>,
 ) -> (Option<IrradianceCache>, RayCounts) {
     let mut rays = RayCounts::default();
     if settings.integrator != IntegratorKind::IrradianceCache {
@@ -56,10 +56,10 @@ pub fn cache_prepass(
     }
     let groups = groups(settings);
     for (done, positions) in groups.iter().enumerate() {
-        if !watch(done as f64 / groups.len() as f64, cache.records().len()) {
+        if !progress(done as f64 / groups.len() as f64, cache.records().len()) {
             return (Some(cache), rays);
         }
-        let surveyor = Surveyor {
+        let pass = LookupPass {
             scene,
             filter,
             settings,
@@ -67,15 +67,15 @@ pub fn cache_prepass(
             makes_records: true,
             positions,
         };
-        for found in surveyor.survey().into_iter().flatten() {
-            if let Surveyed::New(record, its_rays) = found {
+        for result in pass.results().into_iter().flatten() {
+            if let LookupResult::New(record, its_rays) = result {
                 rays += its_rays;
                 cache.insert(record);
             }
         }
     }
     // Reports the end of the prepass. Cancellation is checked again before the first tile.
-    watch(1.0, cache.records().len());
+    progress(1.0, cache.records().len());
     (Some(cache), rays)
 }
 
@@ -88,7 +88,7 @@ pub fn cover(
     cache: &IrradianceCache,
 ) -> Vec<usize> {
     let positions: Vec<[u32; 2]> = settings.window.pixels().collect();
-    let surveyor = Surveyor {
+    let pass = LookupPass {
         scene,
         filter,
         settings,
@@ -96,11 +96,11 @@ pub fn cover(
         makes_records: false,
         positions: &positions,
     };
-    let count = |found: Option<Surveyed>| match found {
-        Some(Surveyed::Known(count)) => count,
-        Some(Surveyed::New(..)) | None => 0,
+    let count = |result: Option<LookupResult>| match result {
+        Some(LookupResult::Known(count)) => count,
+        Some(LookupResult::New(..)) | None => 0,
     };
-    surveyor.survey().into_iter().map(count).collect()
+    pass.results().into_iter().map(count).collect()
 }
 
 /// The pixels of all passes: the centres of ever smaller squares, without repetition.
@@ -114,8 +114,8 @@ fn groups(settings: &RenderSettings) -> Vec<Vec<[u32; 2]>> {
     groups
 }
 
-/// Some pixels of an image, and the survey at them.
-struct Surveyor<'a> {
+/// Lookups in the cache at some pixels of an image.
+struct LookupPass<'a> {
     scene: &'a Scene,
     filter: &'a Filter,
     settings: &'a RenderSettings,
@@ -124,8 +124,8 @@ struct Surveyor<'a> {
     positions: &'a [[u32; 2]],
 }
 
-impl Surveyor<'_> {
-    fn survey(&self) -> Vec<Option<Surveyed>> {
+impl LookupPass<'_> {
+    fn results(&self) -> Vec<Option<LookupResult>> {
         run_matte_or_everything(kernel(self.scene, self.settings), self)
     }
 
@@ -134,8 +134,8 @@ impl Surveyor<'_> {
         position: [u32; 2],
         sampler: &AnySampler,
         (wavefront, scratch): &mut (SampleWavefront<E>, PathScratch<E>),
-    ) -> Option<Surveyed> {
-        let survey = Survey {
+    ) -> Option<LookupResult> {
+        let lookup = CacheLookup {
             cache: self.cache,
             scene: self.scene,
             integrator: path(self.settings, Weighted, Uncached),
@@ -159,12 +159,12 @@ impl Surveyor<'_> {
         let sampler = wavefront.sampler(0, lane);
         // No image is so large that these are pixels of it, too.
         let numbers = position.map(|i| !i);
-        survey.path::<E, _>(sampler, &camera_ray, hit, numbers, scratch)
+        lookup.on_path::<E, _>(sampler, &camera_ray, hit, numbers, scratch)
     }
 }
 
-impl KernelJob for &Surveyor<'_> {
-    type Output = Vec<Option<Surveyed>>;
+impl KernelJob for &LookupPass<'_> {
+    type Output = Vec<Option<LookupResult>>;
 
     fn run<E: Effects>(self) -> Self::Output {
         let sampler = sampler(self.settings, Batches::new(BATCHES));

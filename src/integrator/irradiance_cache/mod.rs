@@ -43,14 +43,14 @@ use std::f32::consts::FRAC_1_PI;
 pub const MIN_WEIGHT_SUM: f32 = 1.0;
 
 /// The box within which a record counts, and its index.
-type Reach = GeomWithData<Rectangle<[f32; 3]>, u32>;
+type ValidityBox = GeomWithData<Rectangle<[f32; 3]>, u32>;
 
 /// The known indirect irradiance of a scene.
 #[derive(Debug, Clone, Default)]
 pub struct IrradianceCache {
     bound: f32,
     records: Vec<Record>,
-    reaches: RTree<Reach>,
+    validity_boxes: RTree<ValidityBox>,
 }
 
 impl IrradianceCache {
@@ -83,10 +83,11 @@ impl IrradianceCache {
 
     fn push(&mut self, record: Record) {
         let index = self.records.len() as u32;
-        let reach = Vec3::splat(record.radius);
-        let corners = [record.p - reach, record.p + reach].map(|corner| corner.to_array());
-        let reach = Rectangle::from_corners(corners[0], corners[1]);
-        self.reaches.insert(GeomWithData::new(reach, index));
+        let radius = Vec3::splat(record.radius);
+        let corners = [record.p - radius, record.p + radius].map(|corner| corner.to_array());
+        let validity_box = Rectangle::from_corners(corners[0], corners[1]);
+        self.validity_boxes
+            .insert(GeomWithData::new(validity_box, index));
         self.records.push(record);
     }
 
@@ -98,14 +99,14 @@ impl IrradianceCache {
     /// The memory of the cache in bytes, except for the tree's inner nodes, of which there is about one for six
     /// records.
     pub fn memory(&self) -> usize {
-        self.records.len() * (size_of::<Record>() + size_of::<Reach>())
+        self.records.len() * (size_of::<Record>() + size_of::<ValidityBox>())
     }
 
     /// The records that count at a point, with their errors as fractions of the allowed error.
     fn near(&self, p: Vec3, n: Vec3) -> impl Iterator<Item = (&Record, f32)> {
-        let reaching = self.reaches.locate_all_at_point(p.to_array());
-        reaching.filter_map(move |reach| {
-            let record = &self.records[reach.data as usize];
+        let boxes = self.validity_boxes.locate_all_at_point(p.to_array());
+        boxes.filter_map(move |validity_box| {
+            let record = &self.records[validity_box.data as usize];
             record.error(p, n, self.bound).map(|error| (record, error))
         })
     }
@@ -161,18 +162,18 @@ impl Indirect for Cached<'_> {
     }
 }
 
-/// The result of a survey where a path would use the cache.
+/// The result of a lookup where a path would use the cache.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Surveyed {
+pub enum LookupResult {
     /// The number of records that the irradiance is interpolated from; 0 if it is not known.
     Known(usize),
     /// A new record, where the irradiance is not known, with the rays traced for it.
     New(Record, RayCounts),
 }
 
-/// A survey of the cache where paths may use it.
+/// A lookup in the cache where a path may use it, which may make a record.
 #[derive(Debug, Clone, Copy)]
-pub struct Survey<'a> {
+pub struct CacheLookup<'a> {
     /// The cache.
     pub cache: &'a IrradianceCache,
     /// The scene.
@@ -183,18 +184,18 @@ pub struct Survey<'a> {
     pub makes_records: bool,
 }
 
-impl Survey<'_> {
+impl CacheLookup<'_> {
     /// Traces a path, given the hit on its camera ray, to the first surface where the cache may be used, and looks up
     /// the irradiance there; `None` if there is no such surface, or no record can be made. A new record draws its
     /// random numbers from `sampler`, with `numbers` as pixel.
-    pub fn path<E: Effects, S: Sampler>(
+    pub fn on_path<E: Effects, S: Sampler>(
         &self,
         sampler: &mut S,
         camera_ray: &CameraRay,
         hit: Option<Hit>,
         numbers: [u32; 2],
         scratch: &mut PathScratch<E>,
-    ) -> Option<Surveyed> {
+    ) -> Option<LookupResult> {
         let is_limited = self.integrator.max_bounces.is_some();
         let mut of_record = sampler.clone();
         let find = |at: &Interaction<E>, bsdf: &Bsdf, bounce| {
@@ -203,19 +204,19 @@ impl Survey<'_> {
         let at = self
             .integrator
             .first_found(self.scene, sampler, camera_ray, hit, scratch, find)?;
-        self.surface(&at, &mut of_record, numbers, scratch)
+        self.at_surface(&at, &mut of_record, numbers, scratch)
     }
 
-    fn surface<E: Effects, S: Sampler>(
+    fn at_surface<E: Effects, S: Sampler>(
         &self,
         at: &Interaction<E>,
         sampler: &mut S,
         numbers: [u32; 2],
         scratch: &mut PathScratch<E>,
-    ) -> Option<Surveyed> {
+    ) -> Option<LookupResult> {
         let count = self.cache.count(at.p, at.frame.n);
         if count > 0 || !self.makes_records {
-            return Some(Surveyed::Known(count));
+            return Some(LookupResult::Known(count));
         }
         let mut rays = RayCounts::default();
         let gatherer = Gatherer {
@@ -225,7 +226,7 @@ impl Survey<'_> {
             numbers,
         };
         let record = gatherer.gather(sampler, at, &mut rays, scratch)?;
-        Some(Surveyed::New(record, rays))
+        Some(LookupResult::New(record, rays))
     }
 }
 

@@ -11,7 +11,7 @@ use etendue::internals::render::settings::available_threads;
 use etendue::internals::scene::description::SceneDescription;
 use etendue_lab::bench::build::{build, pool};
 use etendue_lab::bench::scenes::SCENES;
-use etendue_lab::bench::target::Target;
+use etendue_lab::bench::target::BenchTarget;
 
 /// Triangles of the terrain.
 const TRIANGLES: usize = 200_000;
@@ -32,7 +32,7 @@ fn builds(c: &mut Criterion) {
         let world = common::ready(&description).world;
         let mut group = c.benchmark_group(format!("build/{name}"));
         group.sample_size(10);
-        let targets = Target::all(Backend::ALL).into_iter();
+        let targets = BenchTarget::all(Backend::ALL).into_iter();
         for target in targets.filter(|target| target.precision == Precision::Fast) {
             let id = [target.backend.name(), target.quality.name()].join("/");
             let build = || -> Accel { build(&world, target, &pool).expect("it was built before") };

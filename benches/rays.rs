@@ -16,7 +16,7 @@ use etendue::internals::math::ray::Ray;
 use etendue_lab::bench::build::{build, pool};
 use etendue_lab::bench::obvhs_itself::ObvhsTree;
 use etendue_lab::bench::record::Recording;
-use etendue_lab::bench::target::{Target, TracingMode};
+use etendue_lab::bench::target::{BenchTarget, TracingMode};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -44,13 +44,13 @@ fn group<'a>(c: &'a mut Criterion, name: String, rays: usize) -> BenchmarkGroup<
 fn kinds(c: &mut Criterion) {
     let (world, recording) = suzanne_room();
     let pool = pool(1).expect("one thread");
-    let targets = Target::all(Backend::ALL).into_iter();
+    let targets = BenchTarget::all(Backend::ALL).into_iter();
     let built = |target| {
         let accel = build(&world, target, &pool).expect("it was built before");
         (target, accel)
     };
     let targets = targets.filter(|target| target.quality == target.backend.default_quality());
-    let targets: Vec<(Target, Accel)> = targets.map(built).collect();
+    let targets: Vec<(BenchTarget, Accel)> = targets.map(built).collect();
     for kind in recording.kinds() {
         let rays = recording.rays(kind);
         let mut group = group(c, format!("rays/{}", kind.name()), rays.len());
@@ -89,7 +89,7 @@ fn obvhs_itself(c: &mut Criterion) {
     let (world, recording) = suzanne_room();
     let pool = pool(1).expect("one thread");
     let accels = [Backend::ObvhsBvh2, Backend::ObvhsCwbvh].map(|backend| {
-        let target = Target {
+        let target = BenchTarget {
             backend,
             precision: Precision::Fast,
             quality: Quality::High,

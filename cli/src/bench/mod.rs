@@ -19,7 +19,7 @@ use etendue::internals::image::atomic::{check_creatable, make_folder, write_text
 use etendue::internals::render::settings::available_threads;
 use etendue_lab::bench::report::BenchReport;
 use etendue_lab::bench::settings::{BenchObserver, BenchSettings};
-use etendue_lab::bench::target::Target;
+use etendue_lab::bench::target::BenchTarget;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -84,7 +84,7 @@ fn settings(arguments: &BenchArguments) -> BenchSettings {
             .map_or_else(available_threads, usize::from),
         rounds: arguments.rounds as usize,
         rays: arguments.rays as usize,
-        targets: Target::all(&backends),
+        targets: BenchTarget::all(&backends),
         precision: arguments.precision,
         render_seconds: arguments.render_time.as_secs_f64(),
         compared_rays: arguments.compare as usize,

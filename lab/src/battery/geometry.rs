@@ -13,7 +13,7 @@ use super::patch::{bounces, looking};
 use crate::bench::closed::{Aim, ClosedForm, ClosedMesh};
 use crate::bench::leaks::leaks;
 use crate::bench::random::Random;
-use crate::bench::target::Target;
+use crate::bench::target::BenchTarget;
 use crate::scene_builder::{diffuse, rectangle, sky, surface};
 use etendue::Result;
 use etendue::internals::accel::Accel;
@@ -91,7 +91,7 @@ fn closed_meshes(effort: Effort) -> Vec<Case> {
 fn escaped(trial: &Trial<'_>, mesh: &ClosedMesh, aim: Aim, segments: u64) -> Result<Vec<f64>> {
     let options = trial.options;
     let accel = Accel::build(Arc::clone(mesh.world()), options)?;
-    let target = Target {
+    let target = BenchTarget {
         backend: options.backend,
         precision: options.precision,
         quality: options.quality(),

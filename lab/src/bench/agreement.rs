@@ -8,11 +8,11 @@
 //!
 //! Measure: rays.
 //! Range: inactive rays are left out. Errors that two backends have in common are not detected.
-//! Source: docs/bench.md; `meeting` for the bounds. Tested in `lab/tests/bench/agreement.rs`.
+//! Source: docs/bench.md; `hit_interval` for the bounds. Tested in `lab/tests/bench/agreement.rs`.
 
-use super::meeting::{Meeting, meetings};
+use super::hit_interval::{HitInterval, hit_intervals};
 use super::report::AgreementReport;
-use super::target::Target;
+use super::target::BenchTarget;
 use etendue::internals::accel::batch::RayBatch;
 use etendue::internals::accel::{Accel, Hit, PrimitiveId};
 use etendue::internals::geometry::world::World;
@@ -34,7 +34,7 @@ enum RayVerdict {
 
 impl AgreementReport {
     /// An empty report.
-    pub fn new(target: Target, reference: Target) -> Self {
+    pub fn new(target: BenchTarget, reference: BenchTarget) -> Self {
         Self {
             target,
             reference,
@@ -75,8 +75,8 @@ impl AgreementReport {
 /// threads.
 pub fn compare(
     world: &World,
-    target: (Target, &Accel),
-    reference: (Target, &Accel),
+    target: (BenchTarget, &Accel),
+    reference: (BenchTarget, &Accel),
     rays: &RayBatch,
     occlusion: bool,
     report: &mut AgreementReport,
@@ -108,7 +108,7 @@ pub fn compare(
 /// Two acceleration structures of one world, to be compared.
 struct Pair<'a> {
     world: &'a World,
-    sides: [(Target, &'a Accel); 2],
+    sides: [(BenchTarget, &'a Accel); 2],
 }
 
 impl Pair<'_> {
@@ -125,15 +125,15 @@ impl Pair<'_> {
         // The distance up to which each side's ray was continued: the side cannot report hits before it any more.
         let mut skipped = [f32::NEG_INFINITY; 2];
         loop {
-            let mut found: [Option<Meeting>; 2] = [None; 2];
-            for (found, hit) in found.iter_mut().zip(hits) {
+            let mut intervals: [Option<HitInterval>; 2] = [None; 2];
+            for (interval, hit) in intervals.iter_mut().zip(hits) {
                 let Some(hit) = hit else { continue };
-                *found = self.meeting(hit, ray, time);
-                if found.is_none() {
+                *interval = self.hit_interval(hit, ray, time);
+                if interval.is_none() {
                     return real(&format!("{} is not at {:?}", name(hit.id), hit.t));
                 }
             }
-            let met = match (found, hits) {
+            let same_primitive = match (intervals, hits) {
                 ([None, None], _) => return RayVerdict::Edge,
                 ([Some(a), Some(b)], [Some(hit), Some(other)])
                     if a.overlaps(&b) && !a.is_grazing() && !b.is_grazing() =>
@@ -142,7 +142,7 @@ impl Pair<'_> {
                 }
                 _ => None,
             };
-            if let Some(same_primitive) = met {
+            if let Some(same_primitive) = same_primitive {
                 return match (passed_edge, same_primitive) {
                     (true, _) => RayVerdict::Edge,
                     (false, true) => RayVerdict::Identical,
@@ -151,14 +151,14 @@ impl Pair<'_> {
             }
             let distance = |hit: Option<Hit>| hit.map_or(f32::INFINITY, |hit| hit.t);
             let near = usize::from(distance(hits[1]) < distance(hits[0]));
-            let (Some(hit), Some(meeting)) = (hits[near], found[near]) else {
+            let (Some(hit), Some(interval)) = (hits[near], intervals[near]) else {
                 return RayVerdict::Edge;
             };
             // A hit of the other side at the same distance up to rounding may hide this one.
             let far = 1 - near;
-            let passes = f64::from(distance(hits[far])) > meeting.to
-                && f64::from(skipped[far]) < meeting.from;
-            if meeting.certain && passes {
+            let passes = f64::from(distance(hits[far])) > interval.to
+                && f64::from(skipped[far]) < interval.from;
+            if interval.certain && passes {
                 let passing = self.sides[far].0.name();
                 return real(&format!("{passing} misses {}", name(hit.id)));
             }
@@ -169,11 +169,11 @@ impl Pair<'_> {
     }
 
     fn occlusion(&self, ray: &Ray, time: f32) -> RayVerdict {
-        let found = self.sides.map(|(_, accel)| accel.occluded(ray, time));
-        if found[0] == found[1] {
+        let occluded = self.sides.map(|(_, accel)| accel.occluded(ray, time));
+        if occluded[0] == occluded[1] {
             return RayVerdict::Identical;
         }
-        let free = self.sides[usize::from(found[0])].0.name();
+        let free = self.sides[usize::from(occluded[0])].0.name();
         let real = |what: String| {
             let closest = self
                 .sides
@@ -184,14 +184,14 @@ impl Pair<'_> {
         for side in 0..2 {
             let mut next = self.sides[side].1.intersect(ray, time, None);
             while let Some(hit) = next {
-                match self.meeting(hit, ray, time) {
-                    Some(meeting) if meeting.certain => {
+                match self.hit_interval(hit, ray, time) {
+                    Some(interval) if interval.certain => {
                         return real(format!(
                             "{free} reports no occlusion, but the ray hits {}",
                             name(hit.id)
                         ));
                     }
-                    found => candidates |= found.is_some(),
+                    uncertain => candidates |= uncertain.is_some(),
                 }
                 next = self.behind(side, ray, time, hit);
             }
@@ -212,11 +212,11 @@ impl Pair<'_> {
     }
 
     /// Returns the interval of the ray that contains the hit and in which its primitive may be hit.
-    fn meeting(&self, hit: Hit, ray: &Ray, time: f32) -> Option<Meeting> {
-        let all = meetings(self.world, hit.id, ray, time);
+    fn hit_interval(&self, hit: Hit, ray: &Ray, time: f32) -> Option<HitInterval> {
+        let all = hit_intervals(self.world, hit.id, ray, time);
         all.into_iter()
             .flatten()
-            .find(|meeting| meeting.holds(hit.t))
+            .find(|interval| interval.holds(hit.t))
     }
 
     fn behind(&self, side: usize, ray: &Ray, time: f32, hit: Hit) -> Option<Hit> {
@@ -236,12 +236,14 @@ impl Pair<'_> {
                 .map(move |primitive| PrimitiveId { shape, primitive })
         };
         let shapes = (0..self.world.shape_count() as u32).into_par_iter();
-        let found = shapes.flat_map(in_shape).filter_map(|id| {
-            let met = meetings(self.world, id, ray, time);
-            let certain = met.iter().flatten().any(|meeting| meeting.certain);
-            met[0].or(met[1]).map(|_| (certain.then_some(id), true))
+        let possible = shapes.flat_map(in_shape).filter_map(|id| {
+            let intervals = hit_intervals(self.world, id, ray, time);
+            let certain = intervals.iter().flatten().any(|interval| interval.certain);
+            intervals[0]
+                .or(intervals[1])
+                .map(|_| (certain.then_some(id), true))
         });
-        found.reduce(
+        possible.reduce(
             || (None, false),
             |(a, _), (b, _)| (a.into_iter().chain(b).min(), true),
         )
@@ -250,7 +252,7 @@ impl Pair<'_> {
     /// Describes the ray and its hits so that it can be traced again: `{:?}` prints enough digits to parse the same
     /// number.
     fn words(&self, ray: &Ray, time: f32, hits: [Option<Hit>; 2], what: &str) -> String {
-        let found = |side: usize| {
+        let hit_of = |side: usize| {
             let name = self.sides[side].0.name();
             match hits[side] {
                 Some(hit) => format!("{name}: {} at {:?}", self::name(hit.id), hit.t),
@@ -263,8 +265,8 @@ impl Pair<'_> {
             ray.dir.to_array(),
             ray.t_min,
             ray.t_max,
-            found(0),
-            found(1),
+            hit_of(0),
+            hit_of(1),
         )
     }
 }

@@ -6,7 +6,7 @@
 
 use super::meter::ProgressStage;
 use super::report::BuildReport;
-use super::target::Target;
+use super::target::BenchTarget;
 use etendue::internals::accel::Accel;
 use etendue::internals::geometry::world::World;
 use etendue::internals::math::stats::Spread;
@@ -30,7 +30,7 @@ pub fn pool(threads: usize) -> Result<ThreadPool> {
 ///
 /// # Errors
 /// As [`Accel::build`].
-pub fn build(world: &Arc<World>, target: Target, pool: &ThreadPool) -> Result<Accel> {
+pub fn build(world: &Arc<World>, target: BenchTarget, pool: &ThreadPool) -> Result<Accel> {
     let options = target.options(pool.current_num_threads());
     pool.install(|| Accel::build(Arc::clone(world), options))
 }
@@ -42,7 +42,7 @@ pub fn build(world: &Arc<World>, target: Target, pool: &ThreadPool) -> Result<Ac
 /// As [`Accel::build`].
 pub fn builds(
     world: &Arc<World>,
-    targets: &[Target],
+    targets: &[BenchTarget],
     threads: usize,
     rounds: usize,
     stage: &ProgressStage<'_>,
@@ -51,7 +51,7 @@ pub fn builds(
     if threads > 1 {
         pools.push(pool(threads)?);
     }
-    let mut distinct: Vec<&Target> = vec![];
+    let mut distinct: Vec<&BenchTarget> = vec![];
     for target in targets {
         if !distinct.iter().any(|known| known.builds_like(*target)) {
             distinct.push(target);
@@ -60,7 +60,7 @@ pub fn builds(
     let pairs = distinct
         .into_iter()
         .flat_map(|t| pools.iter().map(move |p| (t, p)));
-    let pairs: Vec<(&Target, &ThreadPool)> = pairs.collect();
+    let pairs: Vec<(&BenchTarget, &ThreadPool)> = pairs.collect();
     let mut outcomes: Vec<Vec<BuildCost>> = vec![vec![]; pairs.len()];
     let all = (rounds * pairs.len()) as f64;
     for round in 0..rounds {
@@ -90,7 +90,7 @@ struct BuildCost {
     nodes: Option<usize>,
 }
 
-fn report(target: Target, pool: &ThreadPool, outcomes: &[BuildCost]) -> BuildReport {
+fn report(target: BenchTarget, pool: &ThreadPool, outcomes: &[BuildCost]) -> BuildReport {
     let last = outcomes.last().expect("there is at least one round");
     BuildReport {
         target,

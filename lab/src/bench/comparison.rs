@@ -12,7 +12,7 @@ use super::meter::ProgressStage;
 use super::rays::random_rays;
 use super::record::Recording;
 use super::report::AgreementReport;
-use super::target::Target;
+use super::target::BenchTarget;
 use etendue::internals::accel::Accel;
 use etendue::internals::accel::batch::RayBatch;
 use etendue::internals::geometry::world::World;
@@ -25,7 +25,7 @@ const BATCH: usize = 1 << 16;
 /// Compares `count` rays of each target with those of the first one; `None` if cancelled.
 pub fn compare_all(
     world: &World,
-    targets: &[(Target, &Accel)],
+    targets: &[(BenchTarget, &Accel)],
     recording: &Recording,
     count: usize,
     pool: &ThreadPool,
@@ -34,7 +34,7 @@ pub fn compare_all(
     let Some((&reference, others)) = targets.split_first().filter(|_| count > 0) else {
         return Some(vec![]);
     };
-    let new = |target: &(Target, &Accel)| AgreementReport::new(target.0, reference.0);
+    let new = |target: &(BenchTarget, &Accel)| AgreementReport::new(target.0, reference.0);
     let mut reports: Vec<AgreementReport> = others.iter().map(new).collect();
     let mut compared = 0;
     let mut compare_batch = |rays: &RayBatch, kind: RayKind| {

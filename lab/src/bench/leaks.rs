@@ -8,7 +8,7 @@
 use super::closed::{Aim, ClosedMesh};
 use super::random::Random;
 use super::report::LeakReport;
-use super::target::Target;
+use super::target::BenchTarget;
 use etendue::internals::accel::Accel;
 use rayon::prelude::*;
 
@@ -19,7 +19,7 @@ const BLOCK: u64 = 1 << 16;
 pub fn leaks(
     mesh: &ClosedMesh,
     aim: Aim,
-    (target, accel): (Target, &Accel),
+    (target, accel): (BenchTarget, &Accel),
     segments: u64,
     seed: u64,
     is_cancelled: &(dyn Fn() -> bool + Sync),

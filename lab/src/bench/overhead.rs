@@ -15,7 +15,7 @@ use super::meter::ProgressStage;
 use super::record::Recording;
 use super::report::TraceReport;
 use super::subject::BenchedRender;
-use super::target::Target;
+use super::target::BenchTarget;
 use etendue::Result;
 use etendue::internals::math::stats::Spread;
 use etendue::internals::render::Rendered;
@@ -32,11 +32,12 @@ pub struct TracingFloor {
 
 impl TracingFloor {
     /// Computes the floor of a render through `target`; `None` unless Embree was timed on all kinds of its rays.
-    pub fn of(target: Target, recording: &Recording, traces: &[TraceReport]) -> Option<Self> {
+    pub fn of(target: BenchTarget, recording: &Recording, traces: &[TraceReport]) -> Option<Self> {
         if !target.is_embree() {
             return None;
         }
-        let fits = |it: Target| it.backend == target.backend && it.precision == target.precision;
+        let fits =
+            |it: BenchTarget| it.backend == target.backend && it.precision == target.precision;
         let best = recording.kinds().map(|kind| {
             let of_kind = traces
                 .iter()

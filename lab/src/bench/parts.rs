@@ -79,16 +79,16 @@ pub fn parts(subject: &BenchedRender<'_>, samples: u64, nanoseconds: f64) -> Vec
     } else {
         0
     };
-    let watch = || {
-        let mut stopwatch = EventClock::new();
-        let enough = |watch: &EventClock| watch.samples >= samples;
-        subject.observe(first, &mut stopwatch, enough);
-        stopwatch.laps.map(|laps| laps.without(reading))
+    let measure = || {
+        let mut clock = EventClock::new();
+        let enough = |clock: &EventClock| clock.samples >= samples;
+        subject.observe(first, &mut clock, enough);
+        clock.laps.map(|laps| laps.without(reading))
     };
-    watch();
-    let mut times = watch();
+    measure();
+    let mut times = measure();
     for _ in 1..RUNS {
-        for (time, again) in times.iter_mut().zip(watch()) {
+        for (time, again) in times.iter_mut().zip(measure()) {
             *time = time.min(again);
         }
     }

@@ -4,7 +4,7 @@
 //! Range: a bench that was interrupted has the scenes and the parts completed by then.
 //! Source: docs/bench.md. Tested in `lab/tests/bench/report.rs`.
 
-use super::target::{Target, TracingMode, backend_name};
+use super::target::{BenchTarget, TracingMode, backend_name};
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::math::stats::Spread;
@@ -84,7 +84,7 @@ pub struct RayCount {
 pub struct BuildReport {
     /// The target.
     #[serde(flatten)]
-    pub target: Target,
+    pub target: BenchTarget,
     /// Number of threads.
     pub threads: usize,
     /// Seconds.
@@ -155,9 +155,9 @@ pub struct ObvhsReport {
 #[derive(Debug, Clone, Serialize)]
 pub struct AgreementReport {
     /// The target that is compared.
-    pub target: Target,
+    pub target: BenchTarget,
     /// The target that it is compared with.
-    pub reference: Target,
+    pub reference: BenchTarget,
     /// Rays compared.
     pub rays: u64,
     /// Rays with the same primitive at the same place, or with a miss in both.
@@ -180,7 +180,7 @@ pub struct LeakReport {
     /// The aim of the segments: anywhere, at edges, at vertices.
     pub aim: String,
     /// The target that traced them.
-    pub target: Target,
+    pub target: BenchTarget,
     /// Segments traced.
     pub segments: u64,
     /// Segments without a hit.
@@ -191,7 +191,7 @@ pub struct LeakReport {
 #[derive(Debug, Clone, Serialize)]
 pub struct OverheadReport {
     /// The target with which the render traced.
-    pub target: Target,
+    pub target: BenchTarget,
     /// Samples per pixel of each render on all threads; the render on one thread has 1 / threads of them.
     pub spp: u64,
     /// Nanoseconds of one core a sample, on all threads.

@@ -17,7 +17,7 @@ use super::record::{Recording, record};
 use super::report::{BenchReport, ObvhsReport, OverheadReport, SceneReport, TraceReport};
 use super::settings::{BenchObserver, BenchSettings, GivenScene};
 use super::subject::BenchedRender;
-use super::target::{Target, TracingMode};
+use super::target::{BenchTarget, TracingMode};
 use super::trace::{TraceMode, trace};
 use super::work::{self, StageTimes};
 use etendue::Result;
@@ -102,9 +102,9 @@ struct BenchedScene {
     size: (u32, u32),
     settings: RenderSettings,
     /// The target with which the scene itself traces.
-    target: Target,
+    target: BenchTarget,
     /// The structures of the other targets.
-    accels: Vec<(Target, Accel)>,
+    accels: Vec<(BenchTarget, Accel)>,
     /// Seconds of reading and placing shapes, and of building.
     load: f64,
     build: f64,
@@ -120,7 +120,7 @@ impl BenchedScene {
         }
     }
 
-    fn accel(&self, target: Target) -> &Accel {
+    fn accel(&self, target: BenchTarget) -> &Accel {
         let other = self.accels.iter().find(|(other, _)| *other == target);
         other.map_or(&*self.scene.accel, |(_, accel)| accel)
     }
@@ -257,7 +257,7 @@ impl BenchRun<'_> {
             .meter
             .stage(format!("{name}: comparing hits"), work.compare);
         let targets = self.settings.targets.iter();
-        let targets: Vec<(Target, &Accel)> = targets.map(|&t| (t, ready.accel(t))).collect();
+        let targets: Vec<(BenchTarget, &Accel)> = targets.map(|&t| (t, ready.accel(t))).collect();
         let count = self.settings.compared_rays;
         let world = &ready.scene.world;
         self.last().agreement = compare_all(world, &targets, recording, count, &self.pool, &stage)?;

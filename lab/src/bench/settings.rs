@@ -5,7 +5,7 @@
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::report::BenchReport;
-use super::target::Target;
+use super::target::BenchTarget;
 use etendue::internals::accel::{Backend, Precision};
 use etendue::internals::render::settings::available_threads;
 use etendue::internals::scene::description::SceneDescription;
@@ -23,7 +23,7 @@ pub struct BenchSettings {
     /// Rays recorded of a kind, at least 1.
     pub rays: usize,
     /// The targets to compare, at least one; the first one is the reference for the hits of the others.
-    pub targets: Vec<Target>,
+    pub targets: Vec<BenchTarget>,
     /// The intersection precision of our own render.
     pub precision: Precision,
     /// Intended seconds of one render.
@@ -41,7 +41,7 @@ impl Default for BenchSettings {
             rounds: 9,
             build_rounds: 3,
             rays: 1 << 17,
-            targets: Target::all(Backend::ALL),
+            targets: BenchTarget::all(Backend::ALL),
             precision: Precision::Fast,
             render_seconds: 1.0,
             compared_rays: 1_000_000,
@@ -70,10 +70,10 @@ impl BenchSettings {
     }
 
     /// The target of our own render: Embree if it is compared, else the first backend that is.
-    pub fn render_target(&self) -> Target {
+    pub fn render_target(&self) -> BenchTarget {
         let embree = self.targets.iter().find(|target| target.is_embree());
         let backend = embree.unwrap_or(&self.targets[0]).backend;
-        Target {
+        BenchTarget {
             backend,
             precision: self.precision,
             quality: backend.default_quality(),

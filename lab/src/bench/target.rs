@@ -10,7 +10,7 @@ use serde::{Serialize, Serializer};
 
 /// A backend with the options that build its structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-pub struct Target {
+pub struct BenchTarget {
     /// The backend.
     #[serde(serialize_with = "backend_name")]
     pub backend: Backend,
@@ -22,7 +22,7 @@ pub struct Target {
     pub quality: Quality,
 }
 
-impl Target {
+impl BenchTarget {
     /// All combinations of these backends with each precision and quality.
     pub fn all(backends: &[Backend]) -> Vec<Self> {
         let mut targets = vec![];
@@ -96,7 +96,7 @@ impl Target {
 pub struct TracingMode {
     /// The target.
     #[serde(flatten)]
-    pub target: Target,
+    pub target: BenchTarget,
     /// Width and coherence of the packets.
     #[serde(flatten, serialize_with = "packets")]
     pub packets: Packets,

@@ -5,7 +5,7 @@
 //! Source: measured times of the stages on the machine of docs/bench.md. Only the progress display depends on it.
 
 use super::settings::BenchSettings;
-use super::target::Target;
+use super::target::BenchTarget;
 use etendue::internals::accel::Quality;
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
@@ -64,7 +64,7 @@ impl StageTimes {
 }
 
 /// Seconds of one core to build a structure, per triangle, by quality.
-fn building(target: &Target) -> f64 {
+fn building(target: &BenchTarget) -> f64 {
     match target.quality {
         Quality::Medium => 1e-6,
         Quality::High => 4e-6,

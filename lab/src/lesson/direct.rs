@@ -50,7 +50,7 @@ const MIN_SPP: usize = 64;
 const SECONDS: f64 = 2.0;
 
 /// An estimator of direct light.
-struct Estimator {
+struct DirectLightEstimator {
     integrator: IntegratorKind,
     name: &'static str,
     /// The second moment of a sample for a lamp of radius a at height 1, with a reflectance and an emitted radiance of
@@ -58,13 +58,13 @@ struct Estimator {
     second_moment: fn(f64) -> f64,
 }
 
-const ESTIMATORS: [Estimator; 2] = [
-    Estimator {
+const ESTIMATORS: [DirectLightEstimator; 2] = [
+    DirectLightEstimator {
         integrator: IntegratorKind::DirectDirectional,
         name: "directional",
         second_moment: |a| 4.0 / 3.0 * (1.0 - (1.0 + a * a).powf(-1.5)),
     },
-    Estimator {
+    DirectLightEstimator {
         integrator: IntegratorKind::DirectArea,
         name: "area",
         second_moment: |a| a * a / 3.0 * (1.0 - (1.0 + a * a).powi(-3)),
@@ -76,7 +76,7 @@ fn exact(a: f64) -> f64 {
     a * a / (1.0 + a * a)
 }
 
-impl Estimator {
+impl DirectLightEstimator {
     /// The variance of one sample relative to the squared expected value.
     fn relative_variance(&self, a: f64) -> f64 {
         (self.second_moment)(a) / exact(a).powi(2) - 1.0
@@ -190,7 +190,7 @@ impl Measured {
     }
 }
 
-fn measure(lesson: &Lesson<'_>, estimator: &Estimator, a: f64) -> Result<Measured> {
+fn measure(lesson: &Lesson<'_>, estimator: &DirectLightEstimator, a: f64) -> Result<Measured> {
     let scene = LessonScene::new(lesson, below_disk(a), SIZE)?;
     let spp = lesson.samples(SPP).max(MIN_SPP) as u64;
     let budget = Budget::samples(spp);

@@ -26,13 +26,13 @@ pub const TOPIC: Topic = Topic {
 
 /// A method of placing samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Estimator {
+enum IntegralEstimator {
     Plain,
     Jittered,
     LatinHypercube,
 }
 
-impl Estimator {
+impl IntegralEstimator {
     const ALL: [Self; 3] = [Self::Plain, Self::Jittered, Self::LatinHypercube];
 
     fn name(self) -> &'static str {
@@ -142,7 +142,9 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
             numbers: [variances(lesson), slopes(&smooth, &edge)].concat(),
         },
         Finding::Plots {
-            plots: Estimator::ALL.map(|it| scatter(lesson, it)).to_vec(),
+            plots: IntegralEstimator::ALL
+                .map(|it| scatter(lesson, it))
+                .to_vec(),
         },
         Finding::Plots {
             plots: vec![
@@ -155,7 +157,9 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
                       integrand costs next to nothing, so that the time to place the samples \
                       matters; compared with a traced path it would not."
                 .to_owned(),
-            techniques: Estimator::ALL.map(|it| technique(lesson, it)).to_vec(),
+            techniques: IntegralEstimator::ALL
+                .map(|it| technique(lesson, it))
+                .to_vec(),
         },
     ]
 }
@@ -163,11 +167,11 @@ fn findings(lesson: &Lesson<'_>) -> Vec<Finding> {
 /// Variances with a closed form.
 fn variances(lesson: &Lesson<'_>) -> Vec<Number> {
     let runs = lesson.samples(20_000).max(8192);
-    let of_ramp = |name: &str, samples: usize, estimator: Estimator, exact: f64| {
+    let of_ramp = |name: &str, samples: usize, estimator: IntegralEstimator, exact: f64| {
         let all = lesson.sample(name, runs, |u| estimator.value(ramp, 1, samples, u));
         Number::mean(name, exact, &all.variances(), 5e-2)
     };
-    let of_slope = |name: &str, estimator: Estimator, exact: f64| {
+    let of_slope = |name: &str, estimator: IntegralEstimator, exact: f64| {
         let all = lesson.sample(name, runs, |u| estimator.value(slope, 2, 64, u));
         Number::mean(name, exact, &all.variances(), 5e-2)
     };
@@ -175,40 +179,43 @@ fn variances(lesson: &Lesson<'_>) -> Vec<Number> {
         of_ramp(
             "V for 2x, 16 plain samples: 1/(3N)",
             16,
-            Estimator::Plain,
+            IntegralEstimator::Plain,
             1.0 / 48.0,
         ),
         of_ramp(
             "V for 2x, 16 strata: 1/(3N³)",
             16,
-            Estimator::Jittered,
+            IntegralEstimator::Jittered,
             1.0 / 12_288.0,
         ),
         of_ramp(
             "V for 2x, 64 strata",
             64,
-            Estimator::Jittered,
+            IntegralEstimator::Jittered,
             1.0 / 786_432.0,
         ),
         of_slope(
             "V for x + y, 64 plain samples: 1/(6N)",
-            Estimator::Plain,
+            IntegralEstimator::Plain,
             1.0 / 384.0,
         ),
         of_slope(
             "V for x + y, 8 × 8 strata: 1/(6N²)",
-            Estimator::Jittered,
+            IntegralEstimator::Jittered,
             1.0 / 24_576.0,
         ),
         of_slope(
             "V for x + y, Latin hypercube: 1/(6N³)",
-            Estimator::LatinHypercube,
+            IntegralEstimator::LatinHypercube,
             1.0 / 1_572_864.0,
         ),
     ]
 }
 
-fn slopes(smooth: &[(Estimator, ErrorCurve)], edge: &[(Estimator, ErrorCurve)]) -> Vec<Number> {
+fn slopes(
+    smooth: &[(IntegralEstimator, ErrorCurve)],
+    edge: &[(IntegralEstimator, ErrorCurve)],
+) -> Vec<Number> {
     let fallen = |name: &str, curve: &ErrorCurve, exact: f64| {
         let [slope, error] = curve.slope();
         Number::new(name, exact, slope, error, 0.03)
@@ -225,9 +232,9 @@ fn curves(
     experiment: &str,
     f: fn(&[f64]) -> f64,
     exact: f64,
-) -> Vec<(Estimator, ErrorCurve)> {
+) -> Vec<(IntegralEstimator, ErrorCurve)> {
     let runs = lesson.samples(2000).max(1000);
-    let curve = |estimator: Estimator| {
+    let curve = |estimator: IntegralEstimator| {
         let experiment = format!("{experiment} {}", estimator.name());
         let calls = powers_of_two(2, 12, 2);
         let curve = ErrorCurve::measure(lesson, &experiment, runs, &calls, exact, |u, n| {
@@ -235,10 +242,10 @@ fn curves(
         });
         (estimator, curve)
     };
-    Estimator::ALL.map(curve).to_vec()
+    IntegralEstimator::ALL.map(curve).to_vec()
 }
 
-fn plot(title: &str, reading: &str, curves: &[(Estimator, ErrorCurve)]) -> Plot {
+fn plot(title: &str, reading: &str, curves: &[(IntegralEstimator, ErrorCurve)]) -> Plot {
     let series = curves.iter().enumerate();
     Plot {
         title: title.to_owned(),
@@ -252,7 +259,7 @@ fn plot(title: &str, reading: &str, curves: &[(Estimator, ErrorCurve)]) -> Plot 
     }
 }
 
-fn technique(lesson: &Lesson<'_>, estimator: Estimator) -> MeasuredTechnique {
+fn technique(lesson: &Lesson<'_>, estimator: IntegralEstimator) -> MeasuredTechnique {
     let runs = lesson.samples(20_000);
     let experiment = format!("technique {}", estimator.name());
     let all = lesson.sample(&experiment, runs, |u| {
@@ -260,13 +267,13 @@ fn technique(lesson: &Lesson<'_>, estimator: Estimator) -> MeasuredTechnique {
     });
     let technique = MeasuredTechnique::new(estimator.name(), &all.all(), all.cost());
     match estimator {
-        Estimator::Plain => technique.exactly(Integrand::Ball.variance(2) / 256.0),
+        IntegralEstimator::Plain => technique.exactly(Integrand::Ball.variance(2) / 256.0),
         _ => technique,
     }
 }
 
 /// Plots the positions of 64 samples, recorded in the integrand.
-fn scatter(lesson: &Lesson<'_>, estimator: Estimator) -> Plot {
+fn scatter(lesson: &Lesson<'_>, estimator: IntegralEstimator) -> Plot {
     let points = RefCell::new(Vec::new());
     let note = |x: &[f64]| {
         points.borrow_mut().push([x[0], x[1]]);
@@ -281,13 +288,13 @@ fn scatter(lesson: &Lesson<'_>, estimator: Estimator) -> Plot {
     });
     let cells = Series::new("", Mark::Guide, 6, lines.collect());
     let samples = Series::new("", Mark::Dots, estimator as usize, points.into_inner());
-    let strata = (estimator == Estimator::Jittered).then_some(cells);
+    let strata = (estimator == IntegralEstimator::Jittered).then_some(cells);
     Plot {
         title: format!("64 samples, {}", estimator.name()),
         reading: match estimator {
-            Estimator::Plain => "Clusters and gaps.",
-            Estimator::Jittered => "One in each of 8 × 8 cells.",
-            Estimator::LatinHypercube => "One in each of 64 rows and 64 columns.",
+            IntegralEstimator::Plain => "Clusters and gaps.",
+            IntegralEstimator::Jittered => "One in each of 8 × 8 cells.",
+            IntegralEstimator::LatinHypercube => "One in each of 64 rows and 64 columns.",
         }
         .to_owned(),
         shape: AspectRatio::Square,

@@ -3,8 +3,8 @@
 
 pub mod answers;
 pub mod cheaper;
+mod clock;
 pub mod report;
 pub mod run;
-mod watch;
 
 pub use run::run;

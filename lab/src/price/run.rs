@@ -9,8 +9,8 @@
 
 use super::answers::PriceInput;
 use super::cheaper::CheaperSettings;
+use super::clock::{PriceClock, RenderClock};
 use super::report::{PriceReport, PriceSettings};
-use super::watch::{OfRender, PriceClock};
 use crate::study::error_sources::error_sources;
 use crate::study::prepared_scene::PreparedScene;
 use crate::study::reference::References;
@@ -71,7 +71,7 @@ pub fn run(
     start: Instant,
     observer: &dyn StudyObserver,
 ) -> Result<PriceReport> {
-    let watch = PriceClock {
+    let clock = PriceClock {
         observer,
         start,
         budget: settings.budget,
@@ -88,7 +88,7 @@ pub fn run(
         integrator,
         ..given
     };
-    let settled = prepared.settle(&given, options, &watch)?;
+    let settled = prepared.settle(&given, options, &clock)?;
     let base = RenderSettings {
         seed: combine(settings.seed, SEEDS),
         ..settled.settings
@@ -101,12 +101,12 @@ pub fn run(
         prepared,
         given,
         base,
-        watch,
+        clock,
     };
     price.report.recommendation = recommendation;
     let whole = price.all()?;
     price.report.complete = whole.is_some();
-    price.report.seconds = price.watch.elapsed();
+    price.report.seconds = price.clock.elapsed();
     Ok(price.report)
 }
 
@@ -162,7 +162,7 @@ struct PriceMeasurement<'a> {
     /// The settings before pilots chose, which other integrators start from.
     given: RenderSettings,
     base: RenderSettings,
-    watch: PriceClock<'a>,
+    clock: PriceClock<'a>,
     report: PriceReport,
 }
 
@@ -183,7 +183,7 @@ impl PriceMeasurement<'_> {
                 "the image is black after its first samples: relative errors are undefined",
             ));
         }
-        if self.watch.elapsed() > self.settings.budget {
+        if self.clock.elapsed() > self.settings.budget {
             return Err(self.too_small());
         }
         let pace = |rendered: &Rendered, before: f64| {
@@ -201,7 +201,7 @@ impl PriceMeasurement<'_> {
             return Ok(None);
         }
         // On a busy machine the steps before may have taken all of the time.
-        let left = self.watch.left().max(MIN_SHARE * self.settings.budget);
+        let left = self.clock.left().max(MIN_SHARE * self.settings.budget);
         let share = ((left - own.start).max(MIN_SHARE * left) / own.pace / ENOUGH_SPP)
             .max(MIN_PIXELS / pixels)
             .min(1.0);
@@ -252,9 +252,15 @@ impl PriceMeasurement<'_> {
             ..self.on_film(prepared)
         };
         let scene = prepared.scene(self.settings.options);
-        let clock = OfRender::new(&self.watch);
-        let rendered = render(scene, prepared.filter(), prepared.size(), &settings, &clock)?;
-        Ok((rendered, clock.before()))
+        let render_clock = RenderClock::new(&self.clock);
+        let rendered = render(
+            scene,
+            prepared.filter(),
+            prepared.size(),
+            &settings,
+            &render_clock,
+        )?;
+        Ok((rendered, render_clock.before()))
     }
 
     /// The settings for images of another size.
@@ -267,7 +273,7 @@ impl PriceMeasurement<'_> {
 
     /// Measures the sources of the error.
     fn sources(&mut self, small: &PreparedScene, pace: f64) -> Result<Option<()>> {
-        self.watch.begin("sources of the error");
+        self.clock.begin("sources of the error");
         let seconds = SOURCES_SHARE * self.settings.budget;
         // Observed paths are followed one at a time, twice, in several times the time of a render.
         let spp = (seconds / (6.0 * pace)) as u64;
@@ -298,12 +304,12 @@ impl PriceMeasurement<'_> {
             self.report.notes.push(remark.to_owned());
         }
         self.report.error_sources = found;
-        Ok((!self.watch.is_cancelled()).then_some(()))
+        Ok((!self.clock.is_cancelled()).then_some(()))
     }
 
     /// Measures other ways to render the scene.
     fn cheaper(&mut self, small: PreparedScene) -> Result<Option<()>> {
-        self.watch.begin("cheaper ways");
+        self.clock.begin("cheaper ways");
         let options = self.settings.options;
         let fast = AccelOptions {
             precision: Precision::Fast,
@@ -333,10 +339,10 @@ impl PriceMeasurement<'_> {
             given: &given,
             options,
             seconds,
-            observer: &self.watch,
+            observer: &self.clock,
         };
         self.report.cheaper = comparison.all()?;
-        Ok((!self.watch.is_cancelled()).then_some(()))
+        Ok((!self.clock.is_cancelled()).then_some(()))
     }
 
     /// Computes the answers from the longest render.

@@ -70,16 +70,16 @@ mod tests {
 
     #[test]
     fn wall_clock_counts_sleep_and_cpu_clock_counts_work() {
-        let watch = Stopwatch::start();
+        let stopwatch = Stopwatch::start();
         std::thread::sleep(Duration::from_millis(30));
-        let slept = watch.read().wall;
+        let slept = stopwatch.read().wall;
         assert!(slept >= 0.03, "{slept}");
         // The processor clock covers all threads of this test program, and advances at least as fast as this one works.
-        let watch = Stopwatch::start();
+        let stopwatch = Stopwatch::start();
         let mut number = 1.0_f64;
-        while watch.read().cpu < 0.01 {
+        while stopwatch.read().cpu < 0.01 {
             number = std::hint::black_box(number.sin() + 1.0);
         }
-        assert!(watch.read().wall > 0.0 && number > 0.0);
+        assert!(stopwatch.read().wall > 0.0 && number > 0.0);
     }
 }

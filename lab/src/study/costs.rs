@@ -35,19 +35,19 @@ impl Study<'_> {
         &mut self,
         references: &References,
         laws: &[TimeLaw],
-        watch: &StudyClock<'_>,
+        clock: &StudyClock<'_>,
     ) -> Result<Option<()>> {
         let third = COST_SOURCES * self.settings.budget / 3.0;
-        let share = |of_left: f64| third.min(of_left * watch.left()).max(0.0);
+        let share = |of_left: f64| third.min(of_left * clock.left()).max(0.0);
         self.paths(references, laws, share(1.0 / 3.0));
-        if watch.is_cancelled() {
+        if clock.is_cancelled() {
             return Ok(None);
         }
-        self.publish(watch);
-        if self.bounces(laws, share(0.5), watch)?.is_none() {
+        self.publish(clock);
+        if self.bounces(laws, share(0.5), clock)?.is_none() {
             return Ok(None);
         }
-        self.effects(laws, share(0.9), watch)
+        self.effects(laws, share(0.9), clock)
     }
 
     /// Measures the variance of each variant by classes of paths.
@@ -75,7 +75,7 @@ impl Study<'_> {
         &mut self,
         laws: &[TimeLaw],
         seconds: f64,
-        watch: &StudyClock<'_>,
+        clock: &StudyClock<'_>,
     ) -> Result<Option<()>> {
         let Some((law, variant)) = laws.first().zip(self.settings.variants.first()) else {
             return Ok(Some(()));
@@ -89,7 +89,7 @@ impl Study<'_> {
         }
         let seed = |round| seed_for(self.settings.seed, Purpose::Bounces, [round, 0, 0]);
         let seeds: Vec<u64> = (0..BOUNCE_ROUNDS).map(seed).collect();
-        let costs = bounce_costs(&self.prepared, variant, spp, &seeds, watch)?;
+        let costs = bounce_costs(&self.prepared, variant, spp, &seeds, clock)?;
         let is_whole = costs.is_some();
         self.report.variants[0].bounces = costs.unwrap_or_default();
         Ok(is_whole.then_some(()))
@@ -100,7 +100,7 @@ impl Study<'_> {
         &mut self,
         laws: &[TimeLaw],
         seconds: f64,
-        watch: &StudyClock<'_>,
+        clock: &StudyClock<'_>,
     ) -> Result<Option<()>> {
         let plan = Plan::new(
             &self.description,
@@ -128,7 +128,7 @@ impl Study<'_> {
             spp,
             rounds: EFFECT_ROUNDS,
         };
-        let costs = effect_costs(&self.description, &plan, &settings, watch, |_| {})?;
+        let costs = effect_costs(&self.description, &plan, &settings, clock, |_| {})?;
         let is_whole = costs.is_some();
         let effects = costs.map(|costs| costs.effects).unwrap_or_default();
         let share = |cost: EffectCost| EffectShare {

@@ -200,7 +200,7 @@ pub fn observed<O: Splitter>(
         .num_threads(settings.threads)
         .build()
         .ok()?;
-    let watch = |(index, tile): (usize, &mut etendue::internals::film::Tile)| {
+    let observe = |(index, tile): (usize, &mut etendue::internals::film::Tile)| {
         let place = |[x, y]: [u32; 2]| y as usize * width + x as usize;
         let weights = references.weights();
         let weights = tile.window.pixels().map(|pixel| weights[place(pixel)]);
@@ -218,7 +218,7 @@ pub fn observed<O: Splitter>(
     };
     let tiles: Vec<(usize, CovarianceSums)> = pool.install(|| {
         let tiles = film.tiles_mut().par_iter_mut().enumerate();
-        tiles.map(watch).collect()
+        tiles.map(observe).collect()
     });
     let classes = tiles.first()?.1.covariance.len();
     let mut parts = vec![CovarianceSums::new(classes); PARTS];

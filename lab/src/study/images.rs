@@ -43,14 +43,14 @@ impl Study<'_> {
     pub(super) fn bars(
         &mut self,
         references: &References,
-        watch: &StudyClock<'_>,
+        clock: &StudyClock<'_>,
     ) -> Result<Option<()>> {
         for (index, variant) in self.settings.variants.iter().enumerate() {
             let longest = self.report.variants[index].levels.last();
             let spp = (longest.map_or(1, |level| level.spp) / 4).max(BATCHES);
             let seed = seed_for(self.settings.seed, Purpose::Bars, [index as u64, 0, 0]);
             let settings = self.prepared.settings(variant, spp, seed).with_layers();
-            let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
+            let Some(shot) = self.prepared.render(variant, &settings, clock)? else {
                 return Ok(None);
             };
             if let Some((report, errors)) = reliability(&shot.film, spp, references) {

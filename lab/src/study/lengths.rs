@@ -47,7 +47,7 @@ pub fn bounce_costs(
     variant: &Variant,
     spp: u64,
     seeds: &[u64],
-    watch: &dyn RenderObserver,
+    observer: &dyn RenderObserver,
 ) -> Result<Option<Vec<BounceCost>>> {
     let mut rounds = Vec::new();
     for &seed in seeds {
@@ -55,7 +55,7 @@ pub fn bounce_costs(
         for limit in limits() {
             let mut settings = prepared.settings(variant, spp, seed);
             settings.max_bounces = limit;
-            let Some(shot) = prepared.render(variant, &settings, watch)? else {
+            let Some(shot) = prepared.render(variant, &settings, observer)? else {
                 return Ok(None);
             };
             let light: f64 = shot.film.mean().iter().sum();

@@ -84,22 +84,22 @@ impl Study<'_> {
     /// Measures the cost of renders and plans them; `None` if it was cancelled.
     pub(super) fn plan(
         &mut self,
-        watch: &StudyClock<'_>,
+        clock: &StudyClock<'_>,
     ) -> Result<Option<(MeasuredCosts, Schedule)>> {
         let may_shrink = self.settings.may_shrink && self.settings.schedule.is_none();
         let share = match may_shrink {
             true => WARM_UP_OF_OWN_SIZE,
             false => WARM_UP,
         };
-        let Some(mut costs) = self.warm_up(share, watch)? else {
+        let Some(mut costs) = self.warm_up(share, clock)? else {
             return Ok(None);
         };
         if may_shrink {
-            let size = costs.fitting_size(self.prepared.size(), watch.left(), self.settings.shards);
+            let size = costs.fitting_size(self.prepared.size(), clock.left(), self.settings.shards);
             if size != self.prepared.size() {
                 let full = self.prepared.size();
                 self.shrink(size);
-                let Some(again) = self.warm_up(WARM_UP, watch)? else {
+                let Some(again) = self.warm_up(WARM_UP, clock)? else {
                     return Ok(None);
                 };
                 let pixels = |(width, height)| f64::from(width) * f64::from(height);
@@ -115,7 +115,7 @@ impl Study<'_> {
                 costs = again;
             }
         }
-        let schedule = self.schedule(&costs, watch)?;
+        let schedule = self.schedule(&costs, clock)?;
         Ok(Some((costs, schedule)))
     }
 
@@ -139,7 +139,7 @@ impl Study<'_> {
     fn warm_up(
         &mut self,
         (share, most): (f64, f64),
-        watch: &StudyClock<'_>,
+        clock: &StudyClock<'_>,
     ) -> Result<Option<MeasuredCosts>> {
         let reference = self.reference_variant();
         let variants = self.settings.variants.iter().chain([&reference]);
@@ -156,7 +156,7 @@ impl Study<'_> {
                 let place = [index as u64, number, 0];
                 let seed = seed_for(self.settings.seed, Purpose::WarmUp, place);
                 let settings = self.prepared.settings(variant, times * spp_step, seed);
-                let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
+                let Some(shot) = self.prepared.render(variant, &settings, clock)? else {
                     return Ok(None);
                 };
                 points.push([times as f64, shot.seconds.wall]);
@@ -199,19 +199,19 @@ impl Study<'_> {
         }))
     }
 
-    fn schedule(&mut self, costs: &MeasuredCosts, watch: &StudyClock<'_>) -> Result<Schedule> {
+    fn schedule(&mut self, costs: &MeasuredCosts, clock: &StudyClock<'_>) -> Result<Schedule> {
         let (width, height) = self.prepared.size();
         let schedule = match &self.settings.schedule {
             Some(given) => Ok(given.clone()),
             None => Schedule::fit(
                 &costs.laws,
                 costs.reference,
-                watch.left(),
+                clock.left(),
                 self.settings.shards,
             ),
         };
         let schedule = schedule.map_err(|enough| {
-            let enough = Duration::from_secs_f64((1.1 * enough + watch.elapsed()).ceil());
+            let enough = Duration::from_secs_f64((1.1 * enough + clock.elapsed()).ceil());
             Error::usage(format!(
                 "a budget of {} s is too small: {} variants of {width} x {height} pixels take at least {} s; give more by --budget, a smaller image by --size, or vary less",
                 self.settings.budget,

@@ -103,7 +103,7 @@ impl PreparedScene {
         &self,
         settings: &RenderSettings,
         options: AccelOptions,
-        watch: &dyn RenderObserver,
+        observer: &dyn RenderObserver,
     ) -> Result<Settled> {
         let input = RenderInput {
             scene: self.scene(options),
@@ -111,7 +111,7 @@ impl PreparedScene {
             size: self.size,
         };
         let threads = Threads::new(settings.threads)?;
-        settle(&input, &threads, settings, watch)
+        settle(&input, &threads, settings, observer)
     }
 
     /// The settings of a render of a variant.
@@ -147,11 +147,11 @@ impl PreparedScene {
         &self,
         variant: &Variant,
         settings: &RenderSettings,
-        watch: &dyn RenderObserver,
+        observer: &dyn RenderObserver,
     ) -> Result<Option<Shot>> {
         let scene = self.scene(variant.options);
         let stopwatch = Stopwatch::start();
-        let rendered = render(scene, &self.filter, self.size, settings, watch)?;
+        let rendered = render(scene, &self.filter, self.size, settings, observer)?;
         let seconds = stopwatch.read();
         Ok((!rendered.cancelled).then_some(Shot {
             film: rendered.film,

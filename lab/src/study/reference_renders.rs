@@ -49,7 +49,7 @@ impl Study<'_> {
         &self,
         spp: u64,
         shard: u64,
-        watch: &StudyClock<'_>,
+        clock: &StudyClock<'_>,
     ) -> Result<Option<ReferenceRenders>> {
         let variant = self.reference_variant();
         let spp = spp * variant.settings.spp_step();
@@ -58,7 +58,7 @@ impl Study<'_> {
         let mut shots = Vec::new();
         for seed in seeds {
             let settings = self.prepared.settings(&variant, spp, seed);
-            let Some(shot) = self.prepared.render(&variant, &settings, watch)? else {
+            let Some(shot) = self.prepared.render(&variant, &settings, clock)? else {
                 return Ok(None);
             };
             shots.push(shot);

@@ -33,11 +33,11 @@ pub fn run(
     start: Instant,
     observer: &dyn StudyObserver,
 ) -> Result<StudyReport> {
-    let mut watch = StudyClock::new(start, observer, settings);
-    let (prepared, settings) = settled(description, settings, &mut watch)?;
+    let mut clock = StudyClock::new(start, observer, settings);
+    let (prepared, settings) = settled(description, settings, &mut clock)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
-    let finished = study.all(&mut watch)?;
-    Ok(study.ended(finished, &watch))
+    let finished = study.all(&mut clock)?;
+    Ok(study.ended(finished, &clock))
 }
 
 /// Prepares the scene for all variants, and replaces all that pilots choose in their settings.
@@ -47,9 +47,9 @@ pub fn run(
 pub(super) fn settled(
     description: &SceneDescription,
     settings: &StudySettings,
-    watch: &mut StudyClock<'_>,
+    clock: &mut StudyClock<'_>,
 ) -> Result<(PreparedScene, StudySettings)> {
-    watch.begin("preparing the scene");
+    clock.begin("preparing the scene");
     let options = settings.variants.iter().map(|variant| variant.options);
     let prepared = PreparedScene::new(description, [settings.options].into_iter().chain(options))?;
     let mut settings = settings.clone();
@@ -57,7 +57,7 @@ pub(super) fn settled(
         let Variant {
             settings, options, ..
         } = variant;
-        *settings = prepared.settle(settings, *options, watch)?.settings;
+        *settings = prepared.settle(settings, *options, clock)?.settings;
     }
     let reference = RenderSettings {
         integrator: settings.reference,
@@ -65,7 +65,7 @@ pub(super) fn settled(
         threads: settings.options.threads,
         ..RenderSettings::new(prepared.size(), 1)
     };
-    let reference = prepared.settle(&reference, settings.options, watch)?;
+    let reference = prepared.settle(&reference, settings.options, clock)?;
     settings.reference_light_paths = reference.settings.light_paths;
     Ok((prepared, settings))
 }
@@ -142,32 +142,32 @@ impl<'a> Study<'a> {
     }
 
     /// The report of a study that has ended, `None` as its outcome if it was cancelled.
-    pub(super) fn ended(mut self, outcome: Option<()>, watch: &StudyClock<'_>) -> StudyReport {
+    pub(super) fn ended(mut self, outcome: Option<()>, clock: &StudyClock<'_>) -> StudyReport {
         self.report.complete = outcome.is_some();
-        self.publish(watch);
+        self.publish(clock);
         self.report
     }
 
-    fn all(&mut self, watch: &mut StudyClock<'_>) -> Result<Option<()>> {
-        watch.begin("measuring the cost of renders");
-        let Some((costs, schedule)) = self.plan(watch)? else {
+    fn all(&mut self, clock: &mut StudyClock<'_>) -> Result<Option<()>> {
+        clock.begin("measuring the cost of renders");
+        let Some((costs, schedule)) = self.plan(clock)? else {
             return Ok(None);
         };
         let laws = costs.laws;
-        if self.scaling(&laws, watch)?.is_none() {
+        if self.scaling(&laws, clock)?.is_none() {
             return Ok(None);
         }
-        watch.begin("rendering two references");
-        let Some(renders) = self.reference_renders(schedule.reference_spp, 0, watch)? else {
+        clock.begin("rendering two references");
+        let Some(renders) = self.reference_renders(schedule.reference_spp, 0, clock)? else {
             return Ok(None);
         };
         let references = self.references(&[renders])?;
-        self.publish(watch);
+        self.publish(clock);
         let reserve = self.reserve(&laws, &schedule);
         self.report.schedule = Some(schedule.clone());
-        watch.begin("rendering all levels in turn");
+        clock.begin("rendering all levels in turn");
         let (settings, prepared) = (self.settings, Rc::clone(&self.prepared));
-        let mut runner = Runner::new(settings, &prepared, watch, &schedule, 0);
+        let mut runner = Runner::new(settings, &prepared, clock, &schedule, 0);
         let mut compared = ComparedRenders::new(&references, &schedule);
         let mut left_out = 0;
         for tasks in schedule.blocks(order(settings)) {
@@ -181,14 +181,14 @@ impl<'a> Study<'a> {
                 };
                 compared.take(render, &mut self.report);
             }
-            self.publish(watch);
+            self.publish(clock);
         }
         if left_out > 0 {
             self.report.warn(format!(
                 "{left_out} renders were left out: the machine was slower than predicted by the warm-up"
             ));
         }
-        self.after_levels(compared, &references, &laws, watch)
+        self.after_levels(compared, &references, &laws, clock)
     }
 
     /// Everything after the renders of all levels: tiles, images, error bars, and the sources of time and variance.
@@ -197,23 +197,23 @@ impl<'a> Study<'a> {
         compared: ComparedRenders<'_>,
         references: &References,
         laws: &[TimeLaw],
-        watch: &mut StudyClock<'_>,
+        clock: &mut StudyClock<'_>,
     ) -> Result<Option<()>> {
         self.tiles(references, &compared);
         self.show_images(references, &compared)?;
         drop(compared);
-        watch.begin("error bars");
-        if self.bars(references, watch)?.is_none() {
+        clock.begin("error bars");
+        if self.bars(references, clock)?.is_none() {
             return Ok(None);
         }
-        self.publish(watch);
-        watch.begin("breakdown of time and variance");
-        self.cost_sources(references, laws, watch)
+        self.publish(clock);
+        clock.begin("breakdown of time and variance");
+        self.cost_sources(references, laws, clock)
     }
 
-    pub(super) fn publish(&mut self, watch: &StudyClock<'_>) {
-        self.report.seconds = watch.elapsed();
-        watch.report(&self.report);
+    pub(super) fn publish(&mut self, clock: &StudyClock<'_>) {
+        self.report.seconds = clock.elapsed();
+        clock.report(&self.report);
     }
 
     /// Seconds that are reserved for the steps after the levels: renders with error bars of a quarter of the samples of

@@ -79,7 +79,7 @@ pub struct LevelRender {
 pub struct Runner<'a> {
     settings: &'a StudySettings,
     prepared: &'a PreparedScene,
-    watch: &'a StudyClock<'a>,
+    clock: &'a StudyClock<'a>,
     /// The shard of the study, from 0.
     shard: u64,
     /// The times of all renders, by variant and level.
@@ -91,7 +91,7 @@ impl<'a> Runner<'a> {
     pub fn new(
         settings: &'a StudySettings,
         prepared: &'a PreparedScene,
-        watch: &'a StudyClock<'a>,
+        clock: &'a StudyClock<'a>,
         schedule: &Schedule,
         shard: u64,
     ) -> Self {
@@ -99,7 +99,7 @@ impl<'a> Runner<'a> {
         Self {
             settings,
             prepared,
-            watch,
+            clock,
             shard,
             times: schedule.seeds.iter().map(levels).collect(),
         }
@@ -108,7 +108,7 @@ impl<'a> Runner<'a> {
     /// Whether a task would leave less than `reserve` seconds, if it takes as long as a law says.
     pub fn is_late(&self, task: Task, laws: &[TimeLaw], reserve: f64) -> bool {
         let expected = laws[task.variant].at(f64::from(task.level).exp2());
-        self.watch.left() < expected + reserve
+        self.clock.left() < expected + reserve
     }
 
     /// Renders a task; `None` if it was cancelled. A disturbed render is not repeated if that would leave less than
@@ -128,11 +128,11 @@ impl<'a> Runner<'a> {
         let times = &mut levels[task.level as usize];
         let mut repeated = false;
         let (shot, disturbed) = loop {
-            let Some(shot) = self.prepared.render(variant, &settings, self.watch)? else {
+            let Some(shot) = self.prepared.render(variant, &settings, self.clock)? else {
                 return Ok(None);
             };
             let disturbed = is_disturbed(times, shot.seconds);
-            let is_last = repeated || self.watch.left() < shot.seconds.wall + reserve;
+            let is_last = repeated || self.clock.left() < shot.seconds.wall + reserve;
             if !disturbed || is_last {
                 break (shot, disturbed);
             }

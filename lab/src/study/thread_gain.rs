@@ -21,7 +21,7 @@ impl Study<'_> {
     pub(super) fn scaling(
         &mut self,
         laws: &[TimeLaw],
-        watch: &StudyClock<'_>,
+        clock: &StudyClock<'_>,
     ) -> Result<Option<()>> {
         let Some((threads, (law, variant))) = self
             .settings
@@ -51,7 +51,7 @@ impl Study<'_> {
             for (time, threads) in times.iter_mut().zip([1, measured]) {
                 let mut settings = self.prepared.settings(variant, spp * spp_step, seed);
                 settings.threads = threads;
-                let Some(shot) = self.prepared.render(variant, &settings, watch)? else {
+                let Some(shot) = self.prepared.render(variant, &settings, clock)? else {
                     return Ok(None);
                 };
                 *time = shot.seconds.wall;

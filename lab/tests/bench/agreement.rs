@@ -13,23 +13,23 @@ use etendue::internals::math::ray::Ray;
 use etendue::internals::math::vec::Vec3;
 use etendue::internals::scene::prepare::prepare;
 use etendue_lab::bench::agreement::compare;
-use etendue_lab::bench::meeting::meetings;
+use etendue_lab::bench::hit_interval::hit_intervals;
 use etendue_lab::bench::rays::{aimed_rays, random_rays};
 use etendue_lab::bench::report::AgreementReport;
 use etendue_lab::bench::scenes::SCENES;
-use etendue_lab::bench::target::Target;
+use etendue_lab::bench::target::BenchTarget;
 use std::sync::Arc;
 
 /// The backend that intersects in double precision.
-const EXACT: Target = Target {
+const EXACT: BenchTarget = BenchTarget {
     backend: Backend::ObvhsBvh2,
     precision: Precision::Robust,
     quality: Quality::High,
 };
 
-fn every_target() -> impl Iterator<Item = Target> {
+fn every_target() -> impl Iterator<Item = BenchTarget> {
     let of = |&backend: &Backend| {
-        [Precision::Robust, Precision::Fast].map(|precision| Target {
+        [Precision::Robust, Precision::Fast].map(|precision| BenchTarget {
             backend,
             precision,
             ..EXACT
@@ -38,7 +38,7 @@ fn every_target() -> impl Iterator<Item = Target> {
     Backend::ALL.iter().flat_map(of)
 }
 
-fn build(world: &Arc<World>, target: Target) -> Accel {
+fn build(world: &Arc<World>, target: BenchTarget) -> Accel {
     Accel::build(Arc::clone(world), target.options(2)).expect("a small scene")
 }
 
@@ -352,22 +352,25 @@ fn hit_intervals_contain_oracle_hits_and_certain_ones_are_real() {
             for index in 0..rays.len() {
                 let (ray, time) = rays.get(index);
                 let hit = brute::intersect(&world, &ray, time);
-                let met = |id: PrimitiveId| meetings(&world, id, &ray, time);
+                let intervals = |id: PrimitiveId| hit_intervals(&world, id, &ray, time);
                 if let Some(hit) = hit {
-                    let found = met(hit.id).into_iter().flatten().find(|m| m.holds(hit.t));
-                    let found = found.unwrap_or_else(|| panic!("{name}: {hit:?} on {ray:?}"));
+                    let interval = intervals(hit.id)
+                        .into_iter()
+                        .flatten()
+                        .find(|m| m.holds(hit.t));
+                    let interval = interval.unwrap_or_else(|| panic!("{name}: {hit:?} on {ray:?}"));
                     hits += 1;
-                    certain += usize::from(found.certain);
+                    certain += usize::from(interval.certain);
                 }
                 for shape in 0..world.shape_count() as u32 {
                     let id = PrimitiveId {
                         shape,
                         primitive: 0,
                     };
-                    for meeting in met(id).into_iter().flatten().filter(|m| m.certain) {
+                    for interval in intervals(id).into_iter().flatten().filter(|m| m.certain) {
                         let first = hit.unwrap_or_else(|| panic!("{name}: {id:?} on {ray:?}"));
                         assert!(
-                            f64::from(first.t) <= meeting.to,
+                            f64::from(first.t) <= interval.to,
                             "{name}: {id:?} on {ray:?}"
                         );
                     }

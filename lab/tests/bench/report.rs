@@ -23,7 +23,7 @@ use etendue_lab::bench::report::BenchReport;
 use etendue_lab::bench::run;
 use etendue_lab::bench::settings::{BenchObserver, BenchSettings, GivenScene, NullBenchObserver};
 use etendue_lab::bench::subject::BenchedRender;
-use etendue_lab::bench::target::Target;
+use etendue_lab::bench::target::BenchTarget;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -230,7 +230,7 @@ fn recorded_rays_reproduce_the_hits_of_the_render() {
 
 #[test]
 fn every_trace_variant_occurs_once() {
-    let targets = Target::all(Backend::ALL);
+    let targets = BenchTarget::all(Backend::ALL);
     assert_eq!(targets.len(), 4 * Backend::ALL.len());
     let variants: Vec<_> = targets.iter().flat_map(|t| t.variants()).collect();
     let different: HashSet<_> = variants.iter().collect();
@@ -266,8 +266,8 @@ fn short() -> (Vec<GivenScene>, BenchSettings) {
         scene("two", load_text(SMALL)),
     ];
     // Four configurations of the preferred backend, and one of another backend.
-    let mut targets = Target::all(&Backend::ALL[..1]);
-    targets.extend(Target::all(&[Backend::ObvhsCwbvh]).first());
+    let mut targets = BenchTarget::all(&Backend::ALL[..1]);
+    targets.extend(BenchTarget::all(&[Backend::ObvhsCwbvh]).first());
     let settings = BenchSettings {
         threads: 2,
         targets,
@@ -406,12 +406,12 @@ fn overhead_factor_is_sample_time_over_its_floor() {
 fn floor_is_none_without_embree_timings() {
     let small = Small::new(1, SamplerKind::Sobol);
     let recording = record(&small.subject(), 100);
-    let [_, target, ..] = Target::all(&[Backend::ObvhsBvh2])[..] else {
+    let [_, target, ..] = BenchTarget::all(&[Backend::ObvhsBvh2])[..] else {
         panic!("a backend has four targets");
     };
     assert!(TracingFloor::of(target, &recording, &[]).is_none());
     // No floor either where a kind of rays was not timed.
-    let target = Target::all(&[Backend::ALL[0]])[0];
+    let target = BenchTarget::all(&[Backend::ALL[0]])[0];
     assert!(TracingFloor::of(target, &recording, &[]).is_none());
 }
 

@@ -14,11 +14,11 @@ use etendue::internals::scene::prepare::prepare;
 use etendue_lab::bench::closed::{Aim, ClosedForm, ClosedMesh};
 use etendue_lab::bench::leaks::leaks;
 use etendue_lab::bench::scenes::{SCENES, suzanne_room};
-use etendue_lab::bench::target::Target;
+use etendue_lab::bench::target::BenchTarget;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-const TARGET: Target = Target {
+const TARGET: BenchTarget = BenchTarget {
     backend: Backend::ALL[0],
     precision: Precision::Robust,
     quality: Quality::High,

@@ -166,7 +166,7 @@ unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, there: bool) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::embree::scene::Scene;
+    use crate::accel::embree::scene::EmbreeScene;
     use crate::accel::{AccelOptions, Backend, Precision};
     use crate::geometry::mesh::Mesh;
     use crate::math::vec::Vec3;
@@ -183,7 +183,7 @@ mod tests {
         let positions = (0..60_000).map(corner).collect();
         let indices = (0..59_998).map(|i| [i, i + 1, i + 2]).collect();
         let mesh = Mesh::new(positions, vec![], vec![], indices);
-        let mut scene = Scene::new(Device::with_memory(1, most)?, options)?;
+        let mut scene = EmbreeScene::new(Device::with_memory(1, most)?, options)?;
         // SAFETY: the mesh is dropped after the scene.
         unsafe { scene.attach_mesh(0, &mesh) };
         scene.commit().map(|built| built.memory())

@@ -9,7 +9,7 @@
 
 use super::device::Device;
 use super::new_ray_hit;
-use super::scene::{CommittedScene, PacketQuery, Scene};
+use super::scene::{CommittedScene, EmbreeScene, PacketQuery};
 use crate::accel::batch::{PacketWidth, RayBatch};
 use crate::accel::lanes::{HitLanes, NO_ID, RayHitLanes, RayLanes};
 use crate::accel::{AccelOptions, Backend, Precision};
@@ -38,7 +38,7 @@ pub fn check(device: &Arc<Device>) -> Result<()> {
         quality: None,
         threads: 1,
     };
-    let mut scene = Scene::new(Arc::clone(device), options)?;
+    let mut scene = EmbreeScene::new(Arc::clone(device), options)?;
     scene.attach_sphere(ID, [0.0, 0.0, 0.0, 1.0]);
     let scene = scene.commit()?;
     let fits = PacketWidth::ALL.iter().all(|&width| match width {

@@ -35,7 +35,7 @@ use crate::math::triangle::{meet_plane, nearest_in_triangle};
 use crate::math::vec::{DAffine3, DVec3};
 use device::Device;
 use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCHit, RTCRay, RTCRayHit};
-use scene::{CommittedScene, Scene};
+use scene::{CommittedScene, EmbreeScene};
 use std::sync::Arc;
 
 /// A committed Embree scene and the shapes it refers to.
@@ -86,7 +86,7 @@ impl EmbreeAccel {
         world: Arc<World>,
         options: AccelOptions,
     ) -> Result<Self> {
-        let mut scene = Scene::new(Arc::clone(&device), options)?;
+        let mut scene = EmbreeScene::new(Arc::clone(&device), options)?;
         // SAFETY: the shapes are immutable behind their `Arc`, which outlives the scene in `Self`; so are those of the
         // groups' scenes, which `with_instances_of` checks.
         unsafe { attach_shapes(&mut scene, world.geometries()) };
@@ -247,7 +247,7 @@ fn recheck(vertices: [DVec3; 3], ray: &Ray, hit: Hit, bound: DVec3) -> Option<Hi
 ///
 /// # Safety
 /// The shapes must stay where they are, unchanged, until the scene is dropped.
-unsafe fn attach_shapes(scene: &mut Scene, shapes: &[Geometry]) {
+unsafe fn attach_shapes(scene: &mut EmbreeScene, shapes: &[Geometry]) {
     for (id, geometry) in (0..).zip(shapes) {
         match geometry {
             Geometry::Mesh(mesh) if mesh.indices().is_empty() => {}
@@ -273,7 +273,7 @@ unsafe fn attach_shapes(scene: &mut Scene, shapes: &[Geometry]) {
 /// # Safety
 /// The world must stay where it is, unchanged, until the scene is dropped.
 unsafe fn attach_instances(
-    scene: &mut Scene,
+    scene: &mut EmbreeScene,
     device: &Arc<Device>,
     options: AccelOptions,
     world: &World,
@@ -284,7 +284,7 @@ unsafe fn attach_instances(
         let group = match &mut groups[instance.group] {
             Some(built) => built,
             unbuilt => {
-                let mut group = Scene::new(Arc::clone(device), options)?;
+                let mut group = EmbreeScene::new(Arc::clone(device), options)?;
                 // SAFETY: guaranteed by the caller for the world.
                 unsafe { attach_shapes(&mut group, &world.groups()[instance.group]) };
                 unbuilt.insert(Arc::new(group.commit()?))

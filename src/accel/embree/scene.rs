@@ -19,14 +19,14 @@ use std::sync::Arc;
 
 /// A scene under construction, to which shapes are attached.
 #[derive(Debug)]
-pub struct Scene {
+pub struct EmbreeScene {
     handle: RTCScene,
     device: Arc<Device>,
     /// The scenes that instances refer to.
     groups: Vec<Arc<CommittedScene>>,
 }
 
-impl Scene {
+impl EmbreeScene {
     /// Creates an empty scene; robust precision makes it watertight along edges.
     pub fn new(device: Arc<Device>, options: AccelOptions) -> Result<Self> {
         // SAFETY: the device is valid, and kept alive by the scene.
@@ -169,7 +169,7 @@ impl Scene {
     }
 }
 
-impl Drop for Scene {
+impl Drop for EmbreeScene {
     fn drop(&mut self) {
         // SAFETY: this is the only reference, obtained by `new`; tracing borrows the scene, so no ray is being
         // traced.
@@ -196,7 +196,7 @@ unsafe fn copy_buffer<T>(geometry: RTCGeometry, kind: RTCBufferType, format: RTC
 
 /// A committed scene, in which any thread may trace rays.
 #[derive(Debug)]
-pub struct CommittedScene(Scene);
+pub struct CommittedScene(EmbreeScene);
 
 // SAFETY: queries on a committed scene are safe from any thread (manual, "Thread safety"), and a committed scene can no
 // longer be changed.

@@ -21,7 +21,7 @@ use std::ops::ControlFlow;
 
 /// The content of a leaf slot.
 #[derive(Debug, Clone, Copy)]
-pub enum Item {
+pub enum BvhItem {
     /// A primitive of a shape of this level.
     Primitive(PrimitiveId),
     /// An instance.
@@ -51,7 +51,7 @@ pub struct Level {
     /// The vertices in each leaf slot; NaN where there is no triangle.
     triangles: Vec<[Vec3; 3]>,
     /// The content of each leaf slot.
-    items: Vec<Item>,
+    items: Vec<BvhItem>,
 }
 
 impl Level {
@@ -82,8 +82,8 @@ impl Level {
         let boxes: Vec<_> = of_primitives.chain(of_instances).collect();
         let (tree, order) = BoxTree::build(&boxes, options.layout, options.quality);
         let item = |&index: &u32| match ids.get(index as usize) {
-            Some(&id) => Item::Primitive(id),
-            None => Item::Instance(instances[index as usize - ids.len()].0),
+            Some(&id) => BvhItem::Primitive(id),
+            None => BvhItem::Instance(instances[index as usize - ids.len()].0),
         };
         let items: Vec<_> = order.par_iter().map(item).collect();
         let triangles = items.par_iter().map(|&item| vertices(shapes, item));
@@ -101,7 +101,7 @@ impl Level {
         &self,
         mut ray: R,
         start: f64,
-        mut other: impl FnMut(Item, &R) -> Option<(f64, Hit)>,
+        mut other: impl FnMut(BvhItem, &R) -> Option<(f64, Hit)>,
     ) -> Option<(f64, Hit)> {
         let (query, parameter) = ray.to_boxes(start);
         let mut closest = None;
@@ -130,12 +130,12 @@ impl Level {
         match hit {
             ClosestHit::Other(hit) => hit,
             ClosestHit::Triangle(place, uv) => match self.items[place] {
-                Item::Primitive(id) => Hit {
+                BvhItem::Primitive(id) => Hit {
                     id,
                     t: t as f32,
                     uv,
                 },
-                Item::Instance(_) => unreachable!("an instance has no vertices"),
+                BvhItem::Instance(_) => unreachable!("an instance has no vertices"),
             },
         }
     }
@@ -146,7 +146,7 @@ impl Level {
         &self,
         ray: R,
         start: f64,
-        mut other: impl FnMut(Item, &R) -> bool,
+        mut other: impl FnMut(BvhItem, &R) -> bool,
     ) -> bool {
         let (query, _) = ray.to_boxes(start);
         let flow = self.tree.traverse(query, |place, _| {
@@ -184,8 +184,8 @@ fn primitives(shapes: &[Geometry]) -> impl Iterator<Item = PrimitiveId> {
 }
 
 /// The vertices of a triangle; NaN for other items.
-fn vertices(shapes: &[Geometry], item: Item) -> [Vec3; 3] {
-    if let Item::Primitive(id) = item
+fn vertices(shapes: &[Geometry], item: BvhItem) -> [Vec3; 3] {
+    if let BvhItem::Primitive(id) = item
         && let Geometry::Mesh(mesh) = &shapes[id.shape as usize]
     {
         mesh.triangle(id.primitive)

@@ -27,7 +27,7 @@ use crate::math::bounds::Bounds;
 use crate::math::ray::Ray;
 use box_ray::clip;
 use box_tree::NodeLayout;
-use level::{Item, Level, TreeOptions};
+use level::{BvhItem, Level, TreeOptions};
 use std::sync::Arc;
 use trace_ray::{TraceRay, WatertightRay};
 
@@ -131,8 +131,10 @@ impl ObvhsAccel {
     #[inline(never)]
     fn closest<R: TraceRay>(&self, ray: R, time: f32) -> Option<Hit> {
         let closest = self.root.closest(ray, 0.0, |item, ray| match item {
-            Item::Primitive(id) => intersect_primitive(self.world.geometries(), id, &ray.widen()),
-            Item::Instance(instance) => self.closest_in(instance, ray, time),
+            BvhItem::Primitive(id) => {
+                intersect_primitive(self.world.geometries(), id, &ray.widen())
+            }
+            BvhItem::Instance(instance) => self.closest_in(instance, ray, time),
         });
         closest.map(|(_, hit)| hit)
     }
@@ -140,10 +142,10 @@ impl ObvhsAccel {
     #[inline(never)]
     fn any<R: TraceRay>(&self, ray: R, time: f32) -> bool {
         self.root.occluded(ray, 0.0, |item, ray| match item {
-            Item::Primitive(id) => {
+            BvhItem::Primitive(id) => {
                 intersect_primitive(self.world.geometries(), id, &ray.widen()).is_some()
             }
-            Item::Instance(instance) => self.any_in(instance, ray, time),
+            BvhItem::Instance(instance) => self.any_in(instance, ray, time),
         })
     }
 
@@ -153,8 +155,8 @@ impl ObvhsAccel {
     fn closest_in<R: TraceRay>(&self, instance: u32, ray: &R, time: f32) -> Option<(f64, Hit)> {
         let (group, shapes, ray, start) = self.enter(instance, ray, time)?;
         let closest = group.level.closest(ray, start, |item, ray| match item {
-            Item::Primitive(id) => intersect_primitive(shapes, id, &ray.widen()),
-            Item::Instance(_) => None,
+            BvhItem::Primitive(id) => intersect_primitive(shapes, id, &ray.widen()),
+            BvhItem::Instance(_) => None,
         });
         let first_shape = self.world.first_shape(instance as usize);
         closest.map(|(t, mut hit)| {
@@ -170,8 +172,8 @@ impl ObvhsAccel {
             return false;
         };
         group.level.occluded(ray, start, |item, ray| match item {
-            Item::Primitive(id) => intersect_primitive(shapes, id, &ray.widen()).is_some(),
-            Item::Instance(_) => false,
+            BvhItem::Primitive(id) => intersect_primitive(shapes, id, &ray.widen()).is_some(),
+            BvhItem::Instance(_) => false,
         })
     }
 

@@ -13,11 +13,11 @@ use etendue_lab::bench::report::{
     AgreementReport, BenchReport, BuildReport, LeakReport, Machine, ObvhsReport, OverheadReport,
     PartReport, RayCount, SceneReport, TraceReport,
 };
-use etendue_lab::bench::target::{Target, TracingMode};
+use etendue_lab::bench::target::{BenchTarget, TracingMode};
 
 /// Returns a structure of a backend.
-pub fn target(backend: Backend) -> Target {
-    Target {
+pub fn target(backend: Backend) -> BenchTarget {
+    BenchTarget {
         backend,
         precision: Precision::Fast,
         quality: Quality::High,
@@ -75,7 +75,7 @@ fn scene() -> SceneReport {
     let camera = trace(RayKind::Camera, first, 50.0);
     let slow = TraceReport {
         variant: TracingMode {
-            target: Target {
+            target: BenchTarget {
                 precision: Precision::Robust,
                 ..target(first)
             },

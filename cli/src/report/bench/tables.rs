@@ -9,7 +9,7 @@ use super::scene_tables;
 use super::wording::{count, digits, ratio};
 use crate::report::table::{Table, numbers, words};
 use etendue_lab::bench::report::{BenchReport, Machine};
-use etendue_lab::bench::target::Target;
+use etendue_lab::bench::target::BenchTarget;
 
 /// Returns the table of the machine.
 pub fn machine(report: &BenchReport) -> Table {
@@ -86,7 +86,7 @@ pub fn summary(report: &BenchReport) -> Table {
 /// Returns the table of leaks out of closed meshes, summed over the meshes.
 pub fn leaks(report: &BenchReport) -> Table {
     let mut aims: Vec<&str> = Vec::new();
-    let mut targets: Vec<Target> = Vec::new();
+    let mut targets: Vec<BenchTarget> = Vec::new();
     for leak in &report.leaks {
         if !aims.contains(&leak.aim.as_str()) {
             aims.push(&leak.aim);
@@ -95,7 +95,7 @@ pub fn leaks(report: &BenchReport) -> Table {
             targets.push(leak.target);
         }
     }
-    let row = |target: &Target| {
+    let row = |target: &BenchTarget| {
         let cells = aims.iter().map(|aim| {
             let all = report.leaks.iter();
             let own = all.filter(|leak| leak.target == *target && leak.aim == *aim);

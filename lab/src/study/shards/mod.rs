@@ -34,12 +34,12 @@ pub fn plan(
     start: Instant,
     observer: &dyn StudyObserver,
 ) -> Result<Option<StudyPlan>> {
-    let mut watch = StudyClock::new(start, observer, settings);
-    let (prepared, settings) = settled(description, settings, &mut watch)?;
+    let mut clock = StudyClock::new(start, observer, settings);
+    let (prepared, settings) = settled(description, settings, &mut clock)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     let identities = identities(&study)?;
-    watch.begin("measuring the cost of renders");
-    let Some((costs, schedule)) = study.plan(&watch)? else {
+    clock.begin("measuring the cost of renders");
+    let Some((costs, schedule)) = study.plan(&clock)? else {
         return Ok(None);
     };
     Ok(Some(StudyPlan {
@@ -77,17 +77,17 @@ pub fn render(
         )));
     }
     let settings = plan.settings(settings);
-    let mut watch = StudyClock::new(start, observer, &settings);
-    let (prepared, settings) = settled(description, &settings, &mut watch)?;
+    let mut clock = StudyClock::new(start, observer, &settings);
+    let (prepared, settings) = settled(description, &settings, &mut clock)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     follow(plan, &mut study)?;
-    watch.begin("rendering two references");
+    clock.begin("rendering two references");
     let spp = plan.schedule.reference_spp;
-    let Some(references) = study.reference_renders(spp, shard, &watch)? else {
+    let Some(references) = study.reference_renders(spp, shard, &clock)? else {
         return Ok(None);
     };
-    watch.begin("rendering all levels in turn");
-    let mut runner = Runner::new(&settings, &study.prepared, &watch, &plan.schedule, shard);
+    clock.begin("rendering all levels in turn");
+    let mut runner = Runner::new(&settings, &study.prepared, &clock, &plan.schedule, shard);
     let mut renders = Vec::new();
     for task in plan.schedule.blocks(order(&settings)).into_iter().flatten() {
         let Some(render) = runner.render(task, 0.0)? else {
@@ -119,12 +119,12 @@ pub fn merge(
 ) -> Result<StudyReport> {
     check_parts(plan, &parts)?;
     let settings = plan.settings(settings);
-    let mut watch = StudyClock::new(start, observer, &settings);
-    let (prepared, settings) = settled(description, &settings, &mut watch)?;
+    let mut clock = StudyClock::new(start, observer, &settings);
+    let (prepared, settings) = settled(description, &settings, &mut clock)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     follow(plan, &mut study)?;
-    let finished = merge_into(&mut study, plan, parts, &mut watch)?;
-    Ok(study.ended(finished, &watch))
+    let finished = merge_into(&mut study, plan, parts, &mut clock)?;
+    Ok(study.ended(finished, &clock))
 }
 
 /// Refuses parts that are not those of a study.
@@ -151,13 +151,13 @@ fn merge_into(
     study: &mut Study<'_>,
     plan: &StudyPlan,
     mut parts: Vec<StudyPart>,
-    watch: &mut StudyClock<'_>,
+    clock: &mut StudyClock<'_>,
 ) -> Result<Option<()>> {
-    watch.begin("measuring the gain by threads");
-    if study.scaling(&plan.laws, watch)?.is_none() {
+    clock.begin("measuring the gain by threads");
+    if study.scaling(&plan.laws, clock)?.is_none() {
         return Ok(None);
     }
-    watch.begin("comparing the renders of all shards");
+    clock.begin("comparing the renders of all shards");
     let schedule = plan.schedule.of_shards(parts.len() as u64);
     study.report.schedule = Some(schedule.clone());
     if let Some(warning) = pace::to_mean_pace(&mut parts) {
@@ -184,15 +184,15 @@ fn merge_into(
             break;
         }
         for render in round {
-            if watch.is_cancelled() {
+            if clock.is_cancelled() {
                 return Ok(None);
             }
             compared.take(render, &mut study.report);
         }
     }
     pace::own_size_to_mean_pace(&mut study.report);
-    study.publish(watch);
-    study.after_levels(compared, &references, &plan.laws, watch)
+    study.publish(clock);
+    study.after_levels(compared, &references, &plan.laws, clock)
 }
 
 /// Lets a study follow a plan.

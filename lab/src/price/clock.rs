@@ -48,18 +48,18 @@ impl RenderObserver for PriceClock<'_> {
 }
 
 /// The clock of one render, which measures the time before its first sample.
-pub(super) struct OfRender<'a> {
-    watch: &'a PriceClock<'a>,
+pub(super) struct RenderClock<'a> {
+    clock: &'a PriceClock<'a>,
     start: Instant,
     /// Seconds after which the irradiance cache was last worked on.
     before: Mutex<f64>,
 }
 
-impl<'a> OfRender<'a> {
+impl<'a> RenderClock<'a> {
     /// The clock of a render that starts now.
-    pub fn new(watch: &'a PriceClock<'a>) -> Self {
+    pub fn new(clock: &'a PriceClock<'a>) -> Self {
         Self {
-            watch,
+            clock,
             start: Instant::now(),
             before: Mutex::new(0.0),
         }
@@ -71,17 +71,17 @@ impl<'a> OfRender<'a> {
     }
 }
 
-impl RenderObserver for OfRender<'_> {
+impl RenderObserver for RenderClock<'_> {
     fn cache_prepass(&self, _share: f64, _records: usize) {
         let mut before = self.before.lock().unwrap_or_else(PoisonError::into_inner);
         *before = self.start.elapsed().as_secs_f64();
     }
 
     fn progress(&self, progress: &Progress) {
-        self.watch.progress(progress);
+        self.clock.progress(progress);
     }
 
     fn is_cancelled(&self) -> bool {
-        self.watch.is_cancelled()
+        self.clock.is_cancelled()
     }
 }

@@ -23,7 +23,7 @@ use etendue::internals::math::vec::DVec3;
 
 /// An interval of a ray in which a query may hit a primitive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Meeting {
+pub struct HitInterval {
     /// The start of the interval.
     pub from: f64,
     /// The end of the interval.
@@ -32,7 +32,7 @@ pub struct Meeting {
     pub certain: bool,
 }
 
-impl Meeting {
+impl HitInterval {
     /// Whether the interval contains a hit at `t`.
     pub fn holds(&self, t: f32) -> bool {
         (self.from..=self.to).contains(&t.into())
@@ -50,7 +50,12 @@ impl Meeting {
 }
 
 /// The intervals of a ray in which a primitive may be hit, at a shutter time: two for a sphere.
-pub fn meetings(world: &World, id: PrimitiveId, ray: &Ray, time: f32) -> [Option<Meeting>; 2] {
+pub fn hit_intervals(
+    world: &World,
+    id: PrimitiveId,
+    ray: &Ray,
+    time: f32,
+) -> [Option<HitInterval>; 2] {
     let query = Query::new(world, id, ray, time);
     match world.geometry(id.shape) {
         Geometry::Mesh(mesh) => {
@@ -108,7 +113,7 @@ impl Query {
 
     /// The interval of a triangle, which is hit if the volumes d . (p_i x p_j) that the ray spans with its edges have
     /// the same sign.
-    fn triangle(&self, vertices: [DVec3; 3]) -> Option<Meeting> {
+    fn triangle(&self, vertices: [DVec3; 3]) -> Option<HitInterval> {
         let Self { dir, room, .. } = *self;
         let p = vertices.map(|vertex| vertex - self.origin);
         let (e1, e2) = (p[1] - p[0], p[2] - p[0]);
@@ -151,7 +156,7 @@ impl Query {
     }
 
     /// The intervals at both ends of the chord, whose half length follows from the line's distance from the centre.
-    fn sphere(&self, sphere: &Sphere) -> [Option<Meeting>; 2] {
+    fn sphere(&self, sphere: &Sphere) -> [Option<HitInterval>; 2] {
         let (to_center, radius) = (
             sphere.center.as_dvec3() - self.origin,
             f64::from(sphere.radius),
@@ -177,7 +182,7 @@ impl Query {
         ]
     }
 
-    fn disk(&self, disk: &Disk) -> Option<Meeting> {
+    fn disk(&self, disk: &Disk) -> Option<HitInterval> {
         let (to_center, radius) = (disk.center.as_dvec3() - self.origin, f64::from(disk.radius));
         let normal = disk.normal.as_dvec3();
         let determinant = normal.dot(self.dir);
@@ -199,13 +204,13 @@ impl Query {
         self.within(t - along, t + along, distance + across < radius)
     }
 
-    fn grazing(&self) -> Option<Meeting> {
+    fn grazing(&self) -> Option<HitInterval> {
         self.within(f64::NEG_INFINITY, f64::INFINITY, false)
     }
 
     /// Clips an interval to the ray's ends: `None` if it lies outside of them, not certain if it is not fully inside.
-    fn within(&self, from: f64, to: f64, certain: bool) -> Option<Meeting> {
-        (to >= self.t_min && from <= self.t_max).then_some(Meeting {
+    fn within(&self, from: f64, to: f64, certain: bool) -> Option<HitInterval> {
+        (to >= self.t_min && from <= self.t_max).then_some(HitInterval {
             from,
             to,
             certain: certain && from > self.t_min && to <= self.t_max,

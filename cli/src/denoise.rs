@@ -11,7 +11,7 @@ use super::{Outcome, print};
 use etendue::internals::image::{
     self, ColourSpace, Layer, LayeredImage, MetadataValue, WriteOptions,
 };
-use etendue::internals::post::denoise::{Denoiser, Filtered, Noisy};
+use etendue::internals::post::denoise::{Denoiser, Filtered, NoisyImage};
 use etendue::internals::render::settings::available_threads;
 use etendue::internals::session::layers::channels;
 use etendue::{Error, Result};
@@ -47,7 +47,7 @@ impl Denoised {
         threads: usize,
     ) -> Result<Self> {
         let start = Instant::now();
-        let noisy = Noisy::new(picture)?;
+        let noisy = NoisyImage::new(picture)?;
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()

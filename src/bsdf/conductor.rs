@@ -218,11 +218,11 @@ mod tests {
         let mean = SingleScatter { loss, schlick: 0.0 };
         // After each hit of a microfacet the fraction `loss` hits another one; after two or more hits the rest escapes.
         let mut sum = Rgb::BLACK;
-        let mut left = loss * colour;
+        let mut remaining = loss * colour;
         for _ in 0..1000 {
-            left *= colour;
-            sum += (1.0 - loss) * left;
-            left = loss * left;
+            remaining *= colour;
+            sum += (1.0 - loss) * remaining;
+            remaining = loss * remaining;
         }
         let ratio = (loss * multiple_scattering_colour(colour, mean)).to_array();
         for (got, want) in ratio.into_iter().zip(sum.to_array()) {

@@ -31,9 +31,9 @@ impl InverseChiSquare {
     /// Builds the table for degrees of freedom from 2.05 to 10,000.
     fn new() -> Self {
         const STEPS: u32 = 256;
-        let (least, most) = (0.05_f64, 1e4_f64);
+        let (min, max) = (0.05_f64, 1e4_f64);
         let table = (0..=STEPS).map(|step| {
-            let d = 2.0 + least * powf(most / least, f64::from(step) / f64::from(STEPS));
+            let d = 2.0 + min * powf(max / min, f64::from(step) / f64::from(STEPS));
             [d as f32, Self::ratio(d) as f32]
         });
         Self {
@@ -76,7 +76,7 @@ mod tests {
         assert!((InverseChiSquare::ratio(3.0) - 0.5 * four_over_pi).abs() < 1e-9);
         let normal = f64::from(mean_root_of_chi_square(1.0));
         assert!((normal - (2.0 / std::f64::consts::PI).sqrt()).abs() < 1e-6);
-        let [least, most] = [0.0, 2.0].map(|ratio| INVERSE_CHI_SQUARE.freedom(ratio));
-        assert!((least - 2.05).abs() < 1e-4 && (most / 1e4 - 1.0).abs() < 1e-3);
+        let [min, max] = [0.0, 2.0].map(|ratio| INVERSE_CHI_SQUARE.freedom(ratio));
+        assert!((min - 2.05).abs() < 1e-4 && (max / 1e4 - 1.0).abs() < 1e-3);
     }
 }

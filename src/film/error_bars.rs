@@ -153,12 +153,12 @@ impl Pixels {
             partly_lit: empty,
         };
         for index in 0..film.pixel_count() {
-            this.take_in(index, &film.batch_means(index), unit * unit);
+            this.add_pixel(index, &film.batch_means(index), unit * unit);
         }
         this
     }
 
-    fn take_in(&mut self, index: usize, batches: &BatchMeans, square: f64) {
+    fn add_pixel(&mut self, index: usize, batches: &BatchMeans, square: f64) {
         self.samples.push(batches.samples());
         let variances = batches.variance().unwrap_or_default();
         for (plane, variance) in self.variances.iter_mut().zip(variances) {

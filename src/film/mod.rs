@@ -96,7 +96,8 @@ impl Film {
         film
     }
 
-    /// Lets each sample contribute to the pixels at most `border_size` rows and columns away from its own; with 0, to its own alone.
+    /// Lets each sample contribute to the pixels at most `border_size` rows and columns away from its own; with 0, to its own
+    /// alone.
     pub fn with_border(mut self, border_size: u32) -> Self {
         self.border_size = border_size;
         if border_size > 0 {

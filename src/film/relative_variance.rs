@@ -265,8 +265,8 @@ impl Channel {
 /// over the number of batches to the pixel's mean.
 fn range(pixel: &BatchMeans, c: usize) -> [f64; 2] {
     let means = pixel.means.iter().map(|mean| mean[c]);
-    means.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| {
-        [least.min(x), most.max(x)]
+    means.fold([f64::INFINITY, f64::NEG_INFINITY], |[min, max], x| {
+        [min.min(x), max.max(x)]
     })
 }
 

@@ -171,7 +171,7 @@ impl RectangleLight {
 
     #[cold]
     fn sample_near(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let spherical = self.seen_from(p)?;
+        let spherical = self.spherical_rectangle(p)?;
         let s = if spherical.solid_angle() >= spherical_rectangle::MIN_SOLID_ANGLE {
             spherical.sample(u)
         } else {
@@ -189,11 +189,11 @@ impl RectangleLight {
 
     #[cold]
     fn pdf_near(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        let pdf = self.of_angle(&self.seen_from(p)?, distance2, cos);
+        let pdf = self.of_angle(&self.spherical_rectangle(p)?, distance2, cos);
         pdf.is_finite().then_some(PdfSolidAngle(pdf))
     }
 
-    fn seen_from(&self, p: Vec3) -> Option<SphericalRectangle> {
+    fn spherical_rectangle(&self, p: Vec3) -> Option<SphericalRectangle> {
         let corner = self.rectangle.corner.as_dvec3() - p.as_dvec3();
         SphericalRectangle::new(corner, self.axes, self.lengths)
     }

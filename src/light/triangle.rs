@@ -145,7 +145,7 @@ impl TriangleLight {
     /// Samples by solid angle in double precision: the triangle is large, or seen from near its plane.
     #[cold]
     fn sample_skew(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        let vertices = self.seen_from(p);
+        let vertices = self.vertices_from(p);
         let omega = spherical_triangle::solid_angle(vertices);
         if omega < spherical_triangle::MIN_SOLID_ANGLE {
             return self.sample_by_area(p, u);
@@ -159,14 +159,14 @@ impl TriangleLight {
 
     #[cold]
     fn pdf_skew(&self, p: Vec3, distance2: f32, cos: f32) -> Option<PdfSolidAngle> {
-        let omega = spherical_triangle::solid_angle(self.seen_from(p));
+        let omega = spherical_triangle::solid_angle(self.vertices_from(p));
         if omega < spherical_triangle::MIN_SOLID_ANGLE {
             return self.pdf_area().to_solid_angle(distance2, cos);
         }
         Some(PdfSolidAngle((1.0 / omega) as f32))
     }
 
-    fn seen_from(&self, p: Vec3) -> [DVec3; 3] {
+    fn vertices_from(&self, p: Vec3) -> [DVec3; 3] {
         let vertices = self.triangle.vertices;
         vertices.map(|v| v.as_dvec3() - p.as_dvec3())
     }

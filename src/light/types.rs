@@ -100,7 +100,7 @@ pub struct Receiver<V = Vec3> {
 
 impl Receiver {
     /// A point that scatters light from all directions.
-    pub fn anywhere(p: Vec3) -> Self {
+    pub fn isotropic(p: Vec3) -> Self {
         Self {
             p,
             normal: Vec3::ZERO,

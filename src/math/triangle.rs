@@ -50,7 +50,7 @@ impl Line {
         if !planted!("edges-open", inside && !sides.contains(&0.0), inside) || area == 0.0 {
             return None;
         }
-        let t = self.meet_plane_of(triangle, [a[2], b[2], c[2]])?;
+        let t = self.intersect_plane_of(triangle, [a[2], b[2], c[2]])?;
         Some((t, [sides[1] / area, sides[2] / area]))
     }
 
@@ -59,7 +59,7 @@ impl Line {
     /// `None` if the triangle is degenerate: its normal is then exactly 0, unless its vertices have very different
     /// magnitudes in single precision.
     #[inline]
-    fn meet_plane_of(&self, triangle: &[Vec3; 3], across: [f64; 3]) -> Option<f64> {
+    fn intersect_plane_of(&self, triangle: &[Vec3; 3], across: [f64; 3]) -> Option<f64> {
         let [a, b, c] = triangle.map(|vertex| vertex.as_dvec3());
         let normal = (b - a).cross(c - a);
         if normal == DVec3::ZERO {
@@ -83,7 +83,11 @@ impl Line {
 /// Intersects a line with a triangle's plane: returns the parameter, and the barycentric coordinates of the second
 /// and third vertex, inside the triangle or not.
 #[inline]
-pub fn meet_plane([a, b, c]: [DVec3; 3], origin: DVec3, dir: DVec3) -> Option<(f64, [f64; 2])> {
+pub fn intersect_plane(
+    [a, b, c]: [DVec3; 3],
+    origin: DVec3,
+    dir: DVec3,
+) -> Option<(f64, [f64; 2])> {
     let (e1, e2) = (b - a, c - a);
     let p = dir.cross(e2);
     let determinant = e1.dot(p);
@@ -138,13 +142,13 @@ mod tests {
 
     #[test]
     fn line_plane_intersection_returns_parameter_and_barycentrics() {
-        let found = meet_plane(
+        let hit = intersect_plane(
             TRIANGLE,
             DVec3::new(1.0, 2.0, 0.0),
             DVec3::new(0.0, 0.0, 0.5),
         );
-        assert_eq!(found, Some((4.0, [0.25, 0.5])));
-        assert_eq!(meet_plane(TRIANGLE, DVec3::ZERO, DVec3::X), None);
+        assert_eq!(hit, Some((4.0, [0.25, 0.5])));
+        assert_eq!(intersect_plane(TRIANGLE, DVec3::ZERO, DVec3::X), None);
     }
 
     #[test]
@@ -216,9 +220,9 @@ mod tests {
                 let exactly = target.as_dvec3() - origin.as_dvec3();
                 for dir in [exactly, (target - origin).as_dvec3(), exactly.normalize()] {
                     let line = Line::new(origin.as_dvec3(), dir);
-                    let met =
+                    let is_hit =
                         (0..6).any(|k| line.intersect(&[hub, rim[k], rim[(k + 1) % 6]]).is_some());
-                    assert!(met, "{line:?} at {target}");
+                    assert!(is_hit, "{line:?} at {target}");
                 }
             }
         }

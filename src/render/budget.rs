@@ -1,5 +1,5 @@
-//! The number of samples of the next pass, such that a render ends when its budget is used up. `budget/error_records.rs` decides when
-//! the error is estimated.
+//! The number of samples of the next pass, such that a render ends when its budget is used up. `budget/error_records.rs`
+//! decides when the error is estimated.
 //!
 //! Measure: samples per pixel, the mean where pixels differ; seconds.
 //! Range: passes of 1 to `MAX_PASS` samples per pixel, multiples of a step. A time is met to within half a step: where
@@ -166,9 +166,11 @@ impl PassPlanner {
         let new = self.spp - self.begun;
         let now = (new > 0).then(|| elapsed.as_secs_f64() / new as f64);
         if let (Some(time), Some(per_sample)) = (self.budget.time, now) {
-            let left = time.as_secs_f64() - elapsed.as_secs_f64();
+            let remaining = time.as_secs_f64() - elapsed.as_secs_f64();
             // Steps, rounded: ending half a step late is as good as half a step early.
-            let affordable = (left / (per_sample * self.step as f64)).round().max(0.0) as u64;
+            let affordable = (remaining / (per_sample * self.step as f64))
+                .round()
+                .max(0.0) as u64;
             // The time of a step is known better after half of the remaining time.
             let careful = if affordable > 2 {
                 affordable.div_ceil(2)
@@ -178,16 +180,16 @@ impl PassPlanner {
             pass = pass.min(careful.saturating_mul(self.step));
             pass -= pass % self.step;
         }
-        if let (Some(left), Some(per_sample)) = (checkpoint, now.or(self.pace)) {
-            let until = (left.as_secs_f64() / per_sample) as u64;
+        if let (Some(remaining), Some(per_sample)) = (checkpoint, now.or(self.pace)) {
+            let until = (remaining.as_secs_f64() / per_sample) as u64;
             pass = pass.min((until - until % self.step).max(self.step));
         }
         if pass == 0 && self.in_rounds {
-            let left = self
+            let remaining = self
                 .budget
                 .spp
                 .map_or(u64::MAX, |spp| spp.saturating_sub(self.spp));
-            pass = (self.spp.next_multiple_of(BATCHES) - self.spp).min(left);
+            pass = (self.spp.next_multiple_of(BATCHES) - self.spp).min(remaining);
         }
         // Samples that end with a round of batches can be merged with others that do.
         let end = self.spp + pass;

@@ -5,7 +5,7 @@
 //! distributed. Two records far enough apart determine the power. Between two powers of two of samples, the error of
 //! Sobol' points falls only as that of independent samples from the first: the gain comes at the second.
 //!
-//! Measure: roots of relMSE; samples per pixel, where they differ the evenly distributed ones that they are worth.
+//! Measure: roots of relMSE; samples per pixel, where they differ the evenly distributed ones that they are equivalent to.
 //! Range: powers from 1/2 to 3/2. Without two records, or where they do not distinguish it from 1/2, the power is 1/2.
 //! Source: docs/accuracy.md, "The error that is printed". Tested below and in `cli/tests/command/layers.rs`.
 

@@ -67,8 +67,8 @@ pub fn render(
         size,
     };
     let threads = Threads::new(settings.threads)?;
-    let settings = auto::settle(&input, &threads, settings, observer)?.settings;
-    let mut rendered = Rendered::nothing(&settings, filter);
+    let settings = auto::resolve_auto(&input, &threads, settings, observer)?.settings;
+    let mut rendered = Rendered::empty(&settings, filter);
     resume(
         &input,
         &threads,

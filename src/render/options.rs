@@ -217,10 +217,10 @@ pub fn refuse_endless(settings: &RenderSettings) -> Result<()> {
 
 /// Whether nothing but absorption ends a path.
 fn may_be_endless(settings: &RenderSettings) -> bool {
-    let has_coin = settings.integrator.technique().is_some_and(
+    let ends_at_random = settings.integrator.technique().is_some_and(
         |technique| matches!(technique.emission, EmissionRule::Termination { unlit, .. } if unlit > 0.0),
     );
-    let ends = has_coin || settings.integrator == IntegratorKind::AmbientOcclusion;
+    let ends = ends_at_random || settings.integrator == IntegratorKind::AmbientOcclusion;
     settings.roulette() == Roulette::None && settings.bounce_limit().is_none() && !ends
 }
 

@@ -28,7 +28,7 @@ pub struct Rendered {
     pub spp: u64,
     /// The number of uniformly distributed samples per pixel with the same error, for an adaptive render; `None` where
     /// samples are distributed uniformly.
-    pub worth: Option<f64>,
+    pub equivalent_spp: Option<f64>,
     /// The allocation of samples to the pixels of an adaptive render, once its pilot is over.
     pub allocation: Option<Arc<Allocation>>,
     /// Whether the samples are a shard, to be merged with others.
@@ -59,12 +59,12 @@ pub struct Rendered {
 
 impl Rendered {
     /// A render that has not begun.
-    pub fn nothing(settings: &RenderSettings, filter: &Filter) -> Self {
+    pub fn empty(settings: &RenderSettings, filter: &Filter) -> Self {
         Self {
             film: Film::of_layout(&settings.film_layout(filter)),
             first: 0,
             spp: 0,
-            worth: None,
+            equivalent_spp: None,
             allocation: None,
             is_shard: false,
             is_pilot: false,
@@ -97,7 +97,7 @@ impl Rendered {
     /// The number of uniformly distributed samples per pixel with this error, by which estimates of the error are
     /// compared.
     fn even_spp(&self) -> f64 {
-        self.worth.unwrap_or(self.spp as f64)
+        self.equivalent_spp.unwrap_or(self.spp as f64)
     }
 
     /// The price of dividing the error, as estimated here, by a factor, at the pace and by the power law of this

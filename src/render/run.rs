@@ -112,7 +112,7 @@ impl<'a> Run<'a> {
             let used = self.budget_fraction(&planner);
             allocator.pass_done(&rendered.film, planner.spp(), used);
         }
-        while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.left()) {
+        while let Some(samples) = planner.next_pass(self.start.elapsed(), checkpoints.remaining()) {
             let samples = match allocator.is_in_pilot() {
                 true => samples.min(left_of_pilot(settings.budget, planner.spp())),
                 false => samples,
@@ -225,7 +225,7 @@ impl<'a> Run<'a> {
             Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
         };
         let of_whole = self.of_whole(allocator);
-        rendered.worth = of_whole.map(|it| it.worth(planner.spp()));
+        rendered.equivalent_spp = of_whole.map(|it| it.equivalent_spp(planner.spp()));
         rendered.allocation = allocator.allocation().cloned();
         rendered.is_uneven = settings.adaptive == Adaptive::TwoPhase
             && self.is_ahead(&rendered.film, allocator, planner.spp());
@@ -303,7 +303,7 @@ impl<'a> Run<'a> {
             tiles,
             is_cancelled: &|| self.is_cancelled(),
             tile_done: &|tally, new_samples| {
-                self.take_in(tally);
+                self.merge_tally(tally);
                 self.report(planner, new_samples, shown);
             },
         };
@@ -338,7 +338,7 @@ impl<'a> Run<'a> {
             for round in rounds.clone() {
                 let seed = hash::combine(seed, self.first / BATCHES + round);
                 let tally = context.batch(batch, seed, pixels, &walked);
-                self.take_in(tally);
+                self.merge_tally(tally);
             }
         });
         if !self.is_cancelled() {
@@ -348,7 +348,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn take_in(&self, tally: Tally) {
+    fn merge_tally(&self, tally: Tally) {
         let totals = self.totals.lock();
         let mut totals = totals.expect("no thread panics while it holds this");
         totals.merge(tally);

@@ -7,10 +7,10 @@
 use std::time::{Duration, Instant};
 
 /// The time between estimates of the error that are only shown.
-const TIME_BETWEEN_LOOKS: Duration = Duration::from_secs(2);
+const MIN_ESTIMATE_INTERVAL: Duration = Duration::from_secs(2);
 
 /// The estimates that are only shown take at most one in this many parts of the time.
-const SHARE_OF_LOOKS: u32 = 100;
+const MAX_ESTIMATE_SHARE: u32 = 100;
 
 /// The times of checkpoints.
 pub(super) struct Checkpoints {
@@ -27,13 +27,13 @@ impl Checkpoints {
     }
 
     /// The time until the next checkpoint.
-    pub(super) fn left(&self) -> Option<Duration> {
+    pub(super) fn remaining(&self) -> Option<Duration> {
         let interval = self.interval?;
         Some(interval.saturating_sub(self.last.elapsed()))
     }
 
     pub(super) fn is_due(&self) -> bool {
-        self.left() == Some(Duration::ZERO)
+        self.remaining() == Some(Duration::ZERO)
     }
 
     pub(super) fn made(&mut self) {
@@ -51,7 +51,7 @@ impl Estimates {
     pub(super) fn new(start: Instant) -> Self {
         Self {
             last: start,
-            pause: TIME_BETWEEN_LOOKS,
+            pause: MIN_ESTIMATE_INTERVAL,
         }
     }
 
@@ -61,6 +61,6 @@ impl Estimates {
 
     pub(super) fn made(&mut self, begun: Instant) {
         self.last = Instant::now();
-        self.pause = TIME_BETWEEN_LOOKS.max(SHARE_OF_LOOKS * begun.elapsed());
+        self.pause = MIN_ESTIMATE_INTERVAL.max(MAX_ESTIMATE_SHARE * begun.elapsed());
     }
 }

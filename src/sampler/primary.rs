@@ -282,8 +282,8 @@ mod tests {
     #[test]
     fn small_steps_have_expected_variance_when_updated_lazily() {
         // The mean of the variance, whose logarithm is uniform.
-        let [least, most] = [STEPS.start, STEPS.end].map(|deviation| deviation * deviation);
-        let of_one_step = (most - least) / (most / least).ln();
+        let [min, max] = [STEPS.start, STEPS.end].map(|deviation| deviation * deviation);
+        let of_one_step = (max - min) / (max / min).ln();
         for sleeps in [1, 9] {
             let (mut sum, mut sum_of_squares, mut count) = (0.0, 0.0, 0.0);
             for seed in 0..8000 {

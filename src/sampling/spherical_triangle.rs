@@ -9,7 +9,7 @@
 //! Spherical Triangles". Tested in `tests/sampling/warps.rs`.
 
 use crate::math::functions::{atan2, sin_cos};
-use crate::math::triangle::{clamp_to_triangle, meet_plane};
+use crate::math::triangle::{clamp_to_triangle, intersect_plane};
 use crate::math::vec::{DVec3, Vec2};
 
 /// The solid angle, in steradians, below which area sampling is better: the difference between the two is smaller than
@@ -33,7 +33,7 @@ pub fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
 #[inline]
 pub fn sample(vertices: [DVec3; 3], omega: f64, u: Vec2) -> Option<[f64; 2]> {
     let w = sample_direction(vertices.map(DVec3::normalize), omega, u);
-    let (_, uv) = meet_plane(vertices, DVec3::ZERO, w)?;
+    let (_, uv) = intersect_plane(vertices, DVec3::ZERO, w)?;
     uv.iter()
         .all(|x| x.is_finite())
         .then(|| clamp_to_triangle(uv))

@@ -36,7 +36,7 @@ pub enum InstanceTransform<'a> {
 
 /// A shape that may emit.
 #[derive(Debug, Clone, Copy)]
-pub struct Added<'a> {
+pub struct AddedShape<'a> {
     /// The shape number that rays return.
     pub number: u32,
     /// The description.
@@ -76,10 +76,10 @@ impl Emitters {
     /// Adds the emission of a shape and returns its index among the emitters.
     pub fn add_shape(
         &mut self,
-        added: &Added<'_>,
+        added: &AddedShape<'_>,
         transform: InstanceTransform<'_>,
     ) -> Option<u32> {
-        let Added {
+        let AddedShape {
             number,
             description,
             masked,

@@ -82,7 +82,7 @@ pub fn steps(keys: &[Keyframe], shutter: [f64; 2]) -> Vec<DAffine3> {
 /// until matrices may be interpolated linearly between them, or it would exceed `most`.
 pub fn refined(
     mut intervals: u32,
-    most: u32,
+    max_intervals: u32,
     transform: impl Fn(f64) -> DAffine3,
 ) -> Vec<DAffine3> {
     let sample = |intervals: u32| -> Vec<DAffine3> {
@@ -90,7 +90,7 @@ pub fn refined(
         (0..=intervals).map(|step| transform(share(step))).collect()
     };
     let mut steps = sample(intervals);
-    while 2 * intervals <= most {
+    while 2 * intervals <= max_intervals {
         let finer = sample(2 * intervals);
         if finer.windows(3).step_by(2).all(chord_is_good) {
             break;
@@ -190,7 +190,7 @@ fn polar(matrix: &DMat3) -> Option<(DMat3, DMat3)> {
 /// Returns the largest absolute entry.
 fn largest(matrix: &DMat3) -> f64 {
     let entries = matrix.to_cols_array().into_iter();
-    entries.fold(0.0, |most: f64, entry| most.max(entry.abs()))
+    entries.fold(0.0, |max: f64, entry| max.max(entry.abs()))
 }
 
 /// Returns the Frobenius norm.

@@ -6,7 +6,7 @@
 
 use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
 use super::effects;
-use super::emitters::{Added, Emitters, InstanceTransform};
+use super::emitters::{AddedShape, Emitters, InstanceTransform};
 use super::material::Material;
 use super::normalisation::Normalisation;
 use super::placed::TransformedAttributes;
@@ -123,7 +123,7 @@ impl Gathered<'_> {
             let description = &self.description.shapes[shape];
             let number = self.shapes.len() as u32;
             let material = &self.materials[description.material];
-            let added = Added {
+            let added = AddedShape {
                 number,
                 description,
                 masked: material.is_masked(),

@@ -162,7 +162,7 @@ impl Session {
     /// # Errors
     /// Options out of their range, and too little memory for the image.
     pub fn start(&self, options: &RenderOptions) -> Result<Rendering> {
-        self.start_watched(options, &NullRenderObserver)
+        self.start_with_observer(options, &NullRenderObserver)
     }
 
     /// Begins a render like [`Self::start`]. `observer` may stop the pilot that resolves the integrator `auto`; `auto`
@@ -170,7 +170,7 @@ impl Session {
     ///
     /// # Errors
     /// The errors of [`Self::start`].
-    pub fn start_watched(
+    pub fn start_with_observer(
         &self,
         options: &RenderOptions,
         observer: &dyn RenderObserver,
@@ -202,7 +202,7 @@ impl Session {
         options: &RenderOptions,
         observer: &dyn RenderObserver,
     ) -> Result<Rendering> {
-        let mut rendering = self.start_watched(options, observer)?;
+        let mut rendering = self.start_with_observer(options, observer)?;
         let until = rendering.settings().budget;
         rendering.continue_until(self, until, observer)?;
         Ok(rendering)
@@ -223,7 +223,7 @@ impl Session {
             return self.rebuild(description, start);
         }
         self.description.camera = camera;
-        self.look_again(start);
+        self.update_camera(start);
         Ok(())
     }
 
@@ -236,7 +236,7 @@ impl Session {
         let start = Instant::now();
         self.filter = Filter::new(&film.filter);
         self.description.film = film;
-        self.look_again(start);
+        self.update_camera(start);
         Ok(())
     }
 
@@ -273,7 +273,7 @@ impl Session {
         self.scene.set_instance_transforms(&self.description)
     }
 
-    fn look_again(&mut self, start: Instant) {
+    fn update_camera(&mut self, start: Instant) {
         self.scene.set_camera(&self.description);
         self.work.cameras += 1;
         self.changed(start);

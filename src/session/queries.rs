@@ -80,8 +80,8 @@ impl Session {
     pub fn intersect(&self, ray: &QueryRay) -> Result<Option<SurfaceHit>> {
         let CameraRay { ray: traced, time } = self.to_scene(ray)?;
         let scene = &self.scene;
-        let met = scene.intersect::<Everything>(&traced, time, None, HALF);
-        Ok(met.map(|at| {
+        let at = scene.intersect::<Everything>(&traced, time, None, HALF);
+        Ok(at.map(|at| {
             let position = scene.normalisation.world_point(at.p);
             SurfaceHit {
                 distance: (position - ray.origin).length(),

@@ -11,7 +11,7 @@ use crate::film::filter::Filter;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
 use crate::memory;
-use crate::render::auto::{PathChoices, Recommendation, Settled, settle};
+use crate::render::auto::{PathChoices, Recommendation, ResolvedSettings, resolve_auto};
 use crate::render::options::RenderOptions;
 use crate::render::settings::{Budget, RenderSettings};
 use crate::render::{RenderObserver, Rendered, check, check_is_lit, resume};
@@ -42,15 +42,15 @@ impl Rendering {
         let mut requested = options.settings(&session.description)?;
         requested.threads = session.threads.count();
         let input = session.input();
-        let Settled {
+        let ResolvedSettings {
             settings,
             recommendation,
             choices,
-        } = settle(&input, &session.threads, &requested, observer)?;
+        } = resolve_auto(&input, &session.threads, &requested, observer)?;
         check(&session.scene, &settings)?;
         check_room(&settings, &session.filter)?;
         Ok(Self {
-            rendered: Rendered::nothing(&settings, &session.filter),
+            rendered: Rendered::empty(&settings, &session.filter),
             settings,
             recommendation,
             choices,

@@ -32,7 +32,7 @@ impl Session {
         state: State,
         observer: &dyn RenderObserver,
     ) -> Result<Rendering> {
-        let mut rendering = self.start_watched(options, observer)?;
+        let mut rendering = self.start_with_observer(options, observer)?;
         rendering.continue_from(self, state)?;
         Ok(rendering)
     }

@@ -95,7 +95,7 @@ pub struct BesideSums {
 /// A damaged body. The film has then some of the samples.
 pub fn add_to(header: &StateHeader, body: &[u8], film: &mut Film) -> Result<BesideSums> {
     let mut reader = BodyReader {
-        left: body,
+        remaining: body,
         length: body.len(),
     };
     let pixels = header.window.pixel_count() as usize;
@@ -148,7 +148,7 @@ pub fn add_to(header: &StateHeader, body: &[u8], film: &mut Film) -> Result<Besi
         Some(pilot) if header.has_allocation => Some(reader.allocation(header.window, pilot)?),
         _ => None,
     };
-    match reader.left.len() {
+    match reader.remaining.len() {
         0 => Ok(BesideSums { layers, allocation }),
         left => Err(reader.damaged(&format!("the end of its sums, but {left} bytes follow"))),
     }
@@ -157,16 +157,16 @@ pub fn add_to(header: &StateHeader, body: &[u8], film: &mut Film) -> Result<Besi
 /// The part of a body that has not been read.
 #[derive(Clone, Copy)]
 struct BodyReader<'a> {
-    left: &'a [u8],
+    remaining: &'a [u8],
     /// The length of the body.
     length: usize,
 }
 
 impl BodyReader<'_> {
     fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
-        match self.left.split_first_chunk() {
-            Some((bytes, left)) => {
-                self.left = left;
+        match self.remaining.split_first_chunk() {
+            Some((bytes, rest)) => {
+                self.remaining = rest;
                 Ok(*bytes)
             }
             None => Err(self.damaged("more sums, but the file ends")),
@@ -216,8 +216,8 @@ impl BodyReader<'_> {
     fn skip(&mut self, count: usize) -> Result<()> {
         for _ in 0..count {
             let mask = u32::from_le_bytes(self.take()?);
-            let left = self.left.get(8 * mask.count_ones() as usize..);
-            self.left = left.ok_or_else(|| self.damaged("more sums, but the file ends"))?;
+            let rest = self.remaining.get(8 * mask.count_ones() as usize..);
+            self.remaining = rest.ok_or_else(|| self.damaged("more sums, but the file ends"))?;
         }
         Ok(())
     }
@@ -272,7 +272,7 @@ impl BodyReader<'_> {
     }
 
     fn damaged(&self, expected: &str) -> crate::error::Error {
-        let at = self.length - self.left.len();
+        let at = self.length - self.remaining.len();
         damaged(format!("at byte {at} of its body, expected {expected}"))
     }
 }

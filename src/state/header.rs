@@ -101,9 +101,9 @@ pub struct StateHeader {
     /// Whether the file has the allocation of the pilot, so that the render continues without the pilot's file.
     #[serde(default)]
     pub has_allocation: bool,
-    /// The samples per pixel, distributed evenly, that those of an adaptive render are worth, if it is known.
-    #[serde(default)]
-    pub worth: Option<f64>,
+    /// The samples per pixel, distributed evenly, that those of an adaptive render are equivalent to, if it is known.
+    #[serde(default, rename = "worth")]
+    pub equivalent_spp: Option<f64>,
 }
 
 impl StateHeader {
@@ -132,7 +132,7 @@ impl StateHeader {
             has_counts: false,
             pilot: None,
             has_allocation: false,
-            worth: None,
+            equivalent_spp: None,
         }
     }
 
@@ -140,11 +140,11 @@ impl StateHeader {
     pub fn of(self, rendered: &Rendered, layers: &[Layer]) -> Self {
         let film = &rendered.film;
         let samples = film.tiles().iter().map(|tile| tile.samples);
-        let (least, most) = (samples.clone().min(), samples.max());
+        let (min, max) = (samples.clone().min(), samples.max());
         // Where counts differ between pixels, their level is known.
         let (spp, is_uneven) = match film.has_counts() {
             true => (rendered.spp, rendered.is_uneven),
-            false => (least.unwrap_or(0), least != most),
+            false => (min.unwrap_or(0), min != max),
         };
         let done = [rendered.first, rendered.first + spp];
         Self {
@@ -153,7 +153,7 @@ impl StateHeader {
             has_counts: film.has_counts(),
             pilot: rendered.allocation.as_deref().map(AdaptivePilot::of),
             has_allocation: rendered.allocation.is_some() && !rendered.is_shard,
-            worth: rendered.worth,
+            equivalent_spp: rendered.equivalent_spp,
             tile_size: film.tile_size(),
             border_size: film.border_size(),
             seconds: rendered.elapsed.as_secs_f64(),
@@ -263,8 +263,8 @@ impl StateHeader {
         if counts.any(|count| count > MAX_COUNTED)
             || self.spp.is_some_and(|spp| spp > MAX_SPP)
             || self
-                .worth
-                .is_some_and(|worth| !(1.0..=1e18).contains(&worth))
+                .equivalent_spp
+                .is_some_and(|equivalent_spp| !(1.0..=1e18).contains(&equivalent_spp))
             || !(0.0..=MAX_SECONDS).contains(&self.seconds)
         {
             return Err(damaged(

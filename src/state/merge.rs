@@ -115,7 +115,7 @@ impl Merge {
                 splat_samples: first.splat_samples.map(|_| Default::default()),
                 layers: vec![],
                 pilot: self.parts.iter().find_map(|(_, it)| it.pilot.clone()),
-                worth: first.worth.filter(|_| is_alone),
+                equivalent_spp: first.equivalent_spp.filter(|_| is_alone),
                 ..first.clone()
             },
             layers: vec![],
@@ -130,11 +130,11 @@ impl Merge {
             // A record on the way tells how the error falls.
             if merged > 0 && RECORD_DIVISOR * merged <= total && RECORD_DIVISOR * then > total {
                 let error = sum.film.error(CONFIDENCE);
-                let worth = sum.worth_of(merged);
+                let equivalent_spp = sum.equivalent_spp_of(merged);
                 sum.header
                     .error_records
-                    .retain(|record| record.samples < worth);
-                let error_record = error.map(|error| ErrorRecord::new(worth, &error));
+                    .retain(|record| record.samples < equivalent_spp);
+                let error_record = error.map(|error| ErrorRecord::new(equivalent_spp, &error));
                 sum.header.error_records.extend(error_record);
             }
             if let Some(pilot) = &header.pilot
@@ -158,7 +158,7 @@ impl Merge {
         }
         sum.header.has_allocation = sum.allocation.is_some();
         if sum.allocation.is_some() {
-            sum.header.worth = Some(sum.worth_of(total));
+            sum.header.equivalent_spp = Some(sum.equivalent_spp_of(total));
         }
         Ok(sum)
     }
@@ -176,10 +176,10 @@ impl Merge {
 }
 
 impl State {
-    /// The samples per pixel, distributed evenly, that those up to a level are worth.
-    fn worth_of(&self, level: u64) -> f64 {
+    /// The samples per pixel, distributed evenly, that those up to a level are equivalent to.
+    fn equivalent_spp_of(&self, level: u64) -> f64 {
         let allocation = self.allocation.as_ref();
-        allocation.map_or(level as f64, |it| it.worth(level))
+        allocation.map_or(level as f64, |it| it.equivalent_spp(level))
     }
 
     /// Computes the allocation of an adaptive render from the sums of its pilot.

@@ -80,7 +80,7 @@ impl State {
     /// The samples per pixel, distributed evenly, that have this error.
     fn even_spp(&self) -> f64 {
         let samples = self.header.samples() as f64;
-        self.header.worth.unwrap_or(samples)
+        self.header.equivalent_spp.unwrap_or(samples)
     }
 
     /// The samples per pixel of a render whose error is at most `target` with this confidence, by the error so far; `None`
@@ -131,7 +131,7 @@ impl State {
         rendered.film = self.film;
         rendered.allocation = allocation.or(rendered.allocation.take());
         (rendered.first, rendered.spp) = (first, end - first);
-        (rendered.worth, rendered.is_uneven) = (header.worth, header.is_uneven);
+        (rendered.equivalent_spp, rendered.is_uneven) = (header.equivalent_spp, header.is_uneven);
         let elapsed = std::time::Duration::try_from_secs_f64(header.seconds);
         rendered.elapsed = elapsed.unwrap_or_default();
         (rendered.rays, rendered.rejected) = (header.rays, header.rejected);

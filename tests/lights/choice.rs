@@ -250,7 +250,7 @@ fn only_the_contributing_light_of_10000_is_selected() {
         };
         Light::Triangle(TriangleLight::new(vertices, emission))
     };
-    let at = Receiver::anywhere(Vec3::new(5.0, 5.0, 0.0));
+    let at = Receiver::isotropic(Vec3::new(5.0, 5.0, 0.0));
     let lights = selection((0..10_000).map(|i| facing(i, i == 4321)).collect());
     let dim = (0..10_000).map(|i| facing(i, true)).collect();
     let powers: Vec<f64> = (0..10_000)
@@ -295,7 +295,7 @@ fn coincident_lights_have_similar_selection_probabilities() {
     let point = Light::Point(PointLight::new(Vec3::ONE, Rgb::WHITE));
     let lights = selection(vec![point; 1000]);
     for p in [Vec3::ZERO, Vec3::ONE, Vec3::splat(1e20)] {
-        let at = Receiver::anywhere(p);
+        let at = Receiver::isotropic(p);
         for light in [0, 17, 999] {
             let pmf = f64::from(lights.pmf::<Everything>(light, BY, &at).0);
             // Beyond the range of squared distances, groups count alike, of however many lights.

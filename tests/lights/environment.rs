@@ -327,7 +327,7 @@ fn environment_pdf_includes_the_light_selection_probability() {
             .environment(Vec3::X, EnvironmentSampling::Radiance)
             .is_some()
     );
-    let nowhere = Receiver::anywhere(Vec3::ZERO);
+    let nowhere = Receiver::isotropic(Vec3::ZERO);
     for choice in LightChoice::ALL {
         assert_eq!(lights.pmf::<Everything>(0, *choice, &nowhere), Pmf(0.0));
     }

@@ -184,7 +184,7 @@ fn light_samples_agree_with_pdf_and_lie_on_the_light() {
                 let pdf = lights.pdf::<Everything>(
                     0,
                     LightChoice::Power,
-                    &Receiver::anywhere(p),
+                    &Receiver::isotropic(p),
                     0.0,
                     point.p - p,
                     point.ng,
@@ -408,7 +408,7 @@ fn lights_are_chosen_by_power() {
             .pdf::<Everything>(
                 2,
                 LightChoice::Power,
-                &Receiver::anywhere(Vec3::ZERO),
+                &Receiver::isotropic(Vec3::ZERO),
                 0.0,
                 towards,
                 -Vec3::X

@@ -154,8 +154,8 @@ fn allocation_favours_noisy_pixels_and_uses_the_whole_budget() {
             counts.iter().all(|&n| 10 * n >= level),
             "{level}: a pixel below the minimum count"
         );
-        let worth = allocation.worth(level);
-        let back = allocation.level_of(worth);
+        let equivalent_spp = allocation.equivalent_spp(level);
+        let back = allocation.level_of(equivalent_spp);
         assert!((back / level as f64 - 1.0).abs() < 0.01, "{level}: {back}");
     }
     let counts = allocation.counts(1 << 20);
@@ -227,7 +227,7 @@ fn single_pixel_and_black_images_are_sampled_uniformly() {
         fill(&mut film, &pilot, &mut TestRng::new(0), |_, _| 0.0);
         let allocation = Allocation::by_pilot(&film, 16);
         assert_eq!(allocation.counts(64), vec![64; pixels]);
-        assert_eq!(allocation.worth(64), 64.0);
+        assert_eq!(allocation.equivalent_spp(64), 64.0);
     }
     let mut film = film_of(1);
     fill(&mut film, &[16], &mut TestRng::new(0), |_, u| u);

@@ -91,8 +91,12 @@ fn assert_same(state: &State, whole: &Rendering, what: &str) {
     assert_eq!(state.header.rays, whole.rendered().rays, "{what}");
     assert_eq!(state.header.samples(), whole.spp(), "{what}");
     assert!(!state.header.is_uneven);
-    assert!(state.header.worth.is_some());
-    assert_eq!(state.header.worth, whole.rendered().worth, "{what}");
+    assert!(state.header.equivalent_spp.is_some());
+    assert_eq!(
+        state.header.equivalent_spp,
+        whole.rendered().equivalent_spp,
+        "{what}"
+    );
 }
 
 #[test]

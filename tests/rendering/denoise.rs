@@ -3,7 +3,7 @@
 use crate::common::TestRng;
 use etendue::internals::image::{Image, Layer, LayeredImage};
 use etendue::internals::math::rgb::Rgb;
-use etendue::internals::post::denoise::{Denoiser, Filtered, Noisy};
+use etendue::internals::post::denoise::{Denoiser, Filtered, NoisyImage};
 
 /// The number of batches to which the samples of a pixel are distributed; half of the batches make the half image.
 const BATCHES: usize = 16;
@@ -92,7 +92,7 @@ impl Truth {
 }
 
 fn filtered(picture: &LayeredImage) -> Filtered {
-    let noisy = Noisy::new(picture).expect("all layers are there");
+    let noisy = NoisyImage::new(picture).expect("all layers are there");
     let filtered = Denoiser::NonLocalMeans.filter(&noisy);
     filtered.expect("this filter cannot fail")
 }

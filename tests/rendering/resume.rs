@@ -87,7 +87,7 @@ fn render_in_parts_is_bit_identical_to_a_single_render() {
                 ..stage.settings(spp)
             };
             let whole = stage.at_once(&settings(48));
-            let mut parts = Rendered::nothing(&settings(16), &stage.filter);
+            let mut parts = Rendered::empty(&settings(16), &stage.filter);
             for spp in [16, 32, 48] {
                 let until = Budget::samples(spp);
                 stage
@@ -114,7 +114,7 @@ fn interrupted_render_resumes_to_the_same_image() {
         ..Stage::new()
     };
     let settings = stage.settings(8);
-    let mut parts = Rendered::nothing(&settings, &stage.filter);
+    let mut parts = Rendered::empty(&settings, &stage.filter);
     let observer = CancelAfter::tiles(27);
     stage
         .continue_until(&settings, settings.budget, &mut parts, &observer)
@@ -150,7 +150,7 @@ fn observer_receives_the_image_after_every_pass() {
     let stage = Stage::new();
     let settings = stage.settings(4);
     let album = Album(Mutex::default());
-    let mut rendered = Rendered::nothing(&settings, &stage.filter);
+    let mut rendered = Rendered::empty(&settings, &stage.filter);
     stage
         .continue_until(&settings, settings.budget, &mut rendered, &album)
         .expect("valid settings");
@@ -174,7 +174,7 @@ fn interrupted_adaptive_render_resumes_to_the_same_image() {
     let whole = stage.at_once(&adaptive);
     // Within the pilot of 32 samples, and after it.
     for tiles in [27, 90, 105] {
-        let mut parts = Rendered::nothing(&adaptive, &stage.filter);
+        let mut parts = Rendered::empty(&adaptive, &stage.filter);
         let observer = CancelAfter::tiles(tiles);
         stage
             .continue_until(&adaptive, adaptive.budget, &mut parts, &observer)
@@ -187,7 +187,10 @@ fn interrupted_adaptive_render_resumes_to_the_same_image() {
             assert!(!parts.is_uneven);
             assert_eq!(parts.film.develop(), whole.film.develop(), "{tiles}");
             assert_eq!(parts.film.sample_counts(), whole.film.sample_counts());
-            assert_eq!((parts.rays, parts.worth), (whole.rays, whole.worth));
+            assert_eq!(
+                (parts.rays, parts.equivalent_spp),
+                (whole.rays, whole.equivalent_spp)
+            );
         }
     }
 }
@@ -247,7 +250,7 @@ fn complete_adaptive_render_ends_at_once_and_a_greedy_one_is_not_continued() {
         let refused = again(Budget::samples(1024), &mut rendered);
         assert_eq!(refused.expect_err("it has begun").kind(), ErrorKind::Usage);
 
-        let mut cut = Rendered::nothing(&settings, &stage.filter);
+        let mut cut = Rendered::empty(&settings, &stage.filter);
         stage
             .continue_until(&settings, budget, &mut cut, &CancelAfter::tiles(3))
             .expect("it ends early");

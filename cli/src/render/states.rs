@@ -100,7 +100,7 @@ pub fn start(
         if let Some(checkpoint) = &state.checkpoint {
             check_replaceable(checkpoint)?;
         }
-        let mut rendering = session.start_watched(options, watcher)?;
+        let mut rendering = session.start_with_observer(options, watcher)?;
         match (pilot, state.shard) {
             (Some((file, pilot)), None) => {
                 let continued = rendering.continue_after(session, pilot);
@@ -130,7 +130,7 @@ pub fn start(
             options.confidence = options.confidence.or(Some(target.confidence));
         }
     }
-    let mut rendering = session.start_watched(&options, watcher)?;
+    let mut rendering = session.start_with_observer(&options, watcher)?;
     distribute(&mut rendering, session, pilot.as_ref())?;
     let continued = rendering.continue_from(session, old);
     continued.map_err(|error| error.in_file(file))?;

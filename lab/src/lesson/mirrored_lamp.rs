@@ -21,11 +21,11 @@ const POINTS: usize = 256;
 /// A way to find a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LampStrategy {
-    /// A camera path scatters and meets the lamp: s = 0.
+    /// A camera path scatters and hits the lamp: s = 0.
     Scattering,
     /// A camera path samples a point of the lamp: s = 1, next event estimation.
     LightSampling,
-    /// A path leaves the lamp and meets the pixel: t = 1.
+    /// A path leaves the lamp and hits the pixel: t = 1.
     LightPath,
 }
 

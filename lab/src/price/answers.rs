@@ -42,8 +42,8 @@ pub struct PriceInput<'a> {
     pub error_records: &'a [ErrorRecord],
     /// The samples per pixel that were rendered.
     pub spp: f64,
-    /// The evenly distributed ones that they are worth, as those of the records.
-    pub worth: f64,
+    /// The evenly distributed ones that they are equivalent to, as those of the records.
+    pub equivalent_spp: f64,
     /// The number of pixels of the scene's own size.
     pub pixels: u64,
     /// Whether the error falls in steps, as with Sobol' points.
@@ -78,21 +78,21 @@ impl PriceInput<'_> {
                 time: Answer::Exact(time(MIN_SPP)),
             };
         }
-        let Some((index, worth)) = self.ends(AIM * error) else {
+        let Some((index, equivalent_spp)) = self.ends(AIM * error) else {
             return unknown("too few samples were rendered to estimate the error");
         };
-        if worth > self.worth
+        if equivalent_spp > self.equivalent_spp
             && let Some(doubt) = self.doubt
         {
             return unknown(doubt);
         }
-        let samples = worth * self.spp / self.worth;
+        let samples = equivalent_spp * self.spp / self.equivalent_spp;
         let range = self.interval(index, error, samples.max(MIN_SPP));
         let [value, low, high] = [range.value, range.low, range.high].map(time);
         let range = Ranged { value, low, high };
         let time = match samples {
             _ if samples <= MIN_SPP => Answer::AtOnce(time(MIN_SPP)),
-            _ if worth <= self.worth => Answer::Measured(range),
+            _ if equivalent_spp <= self.equivalent_spp => Answer::Measured(range),
             _ => Answer::Law(range),
         };
         PriceRow {
@@ -156,7 +156,7 @@ mod tests {
         PriceInput {
             error_records,
             spp: 1024.0,
-            worth: 1024.0,
+            equivalent_spp: 1024.0,
             pixels: 1 << 20,
             in_steps: false,
             start: 0.0,
@@ -231,7 +231,7 @@ mod tests {
     fn adaptive_samples_are_converted_by_their_worth() {
         let error_records = error_records();
         let even = facts(&error_records, None);
-        // The records count samples that are worth as much, of which the render took half as many.
+        // The records count equivalent samples, of which the render took half as many.
         let adaptive = PriceInput { spp: 512.0, ..even };
         for error in [0.1, 0.01] {
             let [even, adaptive] = [even.row(error), adaptive.row(error)];

@@ -12,7 +12,7 @@ use etendue::Result;
 use etendue::internals::accel::{AccelOptions, Precision};
 use etendue::internals::image::LayeredImage;
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::post::denoise::{Denoiser, Noisy};
+use etendue::internals::post::denoise::{Denoiser, NoisyImage};
 use etendue::internals::render::settings::{Budget, RenderSettings};
 use etendue::internals::render::{
     CONFIDENCE, RenderInput, RenderObserver, Rendered, Threads, check, render,
@@ -95,8 +95,10 @@ impl CheaperSettings<'_> {
                 integrator,
                 ..self.given.clone()
             };
-            let settled = self.prepared.settle(&given, self.options, self.observer)?;
-            let settings = settled.settings;
+            let resolved = self
+                .prepared
+                .resolve_auto(&given, self.options, self.observer)?;
+            let settings = resolved.settings;
             let Some((other, _)) = self.measured(&settings, self.options, slice)? else {
                 return Ok(all);
             };
@@ -241,7 +243,7 @@ impl CheaperSettings<'_> {
                 layers: layers(&input, settings, rendered)?,
                 ..LayeredImage::from(rendered.film.develop())
             };
-            Denoiser::NonLocalMeans.filter(&Noisy::new(&picture)?)
+            Denoiser::NonLocalMeans.filter(&NoisyImage::new(&picture)?)
         })?;
         let more = start.elapsed().as_secs_f64();
         let seconds = rendered.elapsed.as_secs_f64();

@@ -26,7 +26,7 @@ impl PriceClock<'_> {
     }
 
     /// Seconds left to measure in.
-    pub fn left(&self) -> f64 {
+    pub fn remaining(&self) -> f64 {
         (1.0 - RESERVE) * self.budget - self.elapsed()
     }
 

@@ -88,12 +88,12 @@ pub fn run(
         integrator,
         ..given
     };
-    let settled = prepared.settle(&given, options, &clock)?;
+    let resolved = prepared.resolve_auto(&given, options, &clock)?;
     let base = RenderSettings {
         seed: combine(settings.seed, SEEDS),
-        ..settled.settings
+        ..resolved.settings
     };
-    let recommendation = settled.recommendation;
+    let recommendation = resolved.recommendation;
     let mut price = PriceMeasurement {
         report: blank(description, settings, &base, &prepared),
         description,
@@ -201,7 +201,7 @@ impl PriceMeasurement<'_> {
             return Ok(None);
         }
         // On a busy machine the steps before may have taken all of the time.
-        let left = self.clock.left().max(MIN_SHARE * self.settings.budget);
+        let left = self.clock.remaining().max(MIN_SHARE * self.settings.budget);
         let share = ((left - own.start).max(MIN_SHARE * left) / own.pace / ENOUGH_SPP)
             .max(MIN_PIXELS / pixels)
             .min(1.0);
@@ -357,7 +357,7 @@ impl PriceMeasurement<'_> {
         if error_records.is_empty() {
             let spp = rendered.spp;
             error_records.push(ErrorRecord::new(
-                rendered.worth.unwrap_or(spp as f64),
+                rendered.equivalent_spp.unwrap_or(spp as f64),
                 &error,
             ));
             let note = format!("the error is that of {spp} samples only: give a larger --budget");
@@ -368,7 +368,7 @@ impl PriceMeasurement<'_> {
         let facts = PriceInput {
             error_records: &error_records,
             spp: rendered.spp as f64,
-            worth: rendered.worth.unwrap_or(rendered.spp as f64),
+            equivalent_spp: rendered.equivalent_spp.unwrap_or(rendered.spp as f64),
             pixels: u64::from(width) * u64::from(height),
             // Unevenly distributed samples reach powers of two in no step.
             in_steps: self.base.sampler == SamplerKind::Sobol

@@ -38,7 +38,7 @@ impl Study<'_> {
         clock: &StudyClock<'_>,
     ) -> Result<Option<()>> {
         let third = COST_SOURCES * self.settings.budget / 3.0;
-        let share = |of_left: f64| third.min(of_left * clock.left()).max(0.0);
+        let share = |of_left: f64| third.min(of_left * clock.remaining()).max(0.0);
         self.paths(references, laws, share(1.0 / 3.0));
         if clock.is_cancelled() {
             return Ok(None);

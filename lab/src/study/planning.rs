@@ -95,7 +95,11 @@ impl Study<'_> {
             return Ok(None);
         };
         if may_shrink {
-            let size = costs.fitting_size(self.prepared.size(), clock.left(), self.settings.shards);
+            let size = costs.fitting_size(
+                self.prepared.size(),
+                clock.remaining(),
+                self.settings.shards,
+            );
             if size != self.prepared.size() {
                 let full = self.prepared.size();
                 self.shrink(size);
@@ -206,7 +210,7 @@ impl Study<'_> {
             None => Schedule::fit(
                 &costs.laws,
                 costs.reference,
-                clock.left(),
+                clock.remaining(),
                 self.settings.shards,
             ),
         };

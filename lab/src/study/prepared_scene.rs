@@ -11,7 +11,7 @@ use etendue::internals::accel::AccelOptions;
 use etendue::internals::effects::EffectSet;
 use etendue::internals::film::Film;
 use etendue::internals::film::filter::Filter;
-use etendue::internals::render::auto::{Settled, settle};
+use etendue::internals::render::auto::{ResolvedSettings, resolve_auto};
 use etendue::internals::render::settings::{Budget, RenderSettings};
 
 use etendue::internals::render::{RenderInput, RenderObserver, Threads, render};
@@ -98,20 +98,20 @@ impl PreparedScene {
     /// Replaces all that pilots choose in settings, as a render does, so that every render of a comparison has the same.
     ///
     /// # Errors
-    /// The errors of [`settle`].
-    pub fn settle(
+    /// The errors of [`resolve_auto`].
+    pub fn resolve_auto(
         &self,
         settings: &RenderSettings,
         options: AccelOptions,
         observer: &dyn RenderObserver,
-    ) -> Result<Settled> {
+    ) -> Result<ResolvedSettings> {
         let input = RenderInput {
             scene: self.scene(options),
             filter: &self.filter,
             size: self.size,
         };
         let threads = Threads::new(settings.threads)?;
-        settle(&input, &threads, settings, observer)
+        resolve_auto(&input, &threads, settings, observer)
     }
 
     /// The settings of a render of a variant.

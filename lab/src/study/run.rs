@@ -34,7 +34,7 @@ pub fn run(
     observer: &dyn StudyObserver,
 ) -> Result<StudyReport> {
     let mut clock = StudyClock::new(start, observer, settings);
-    let (prepared, settings) = settled(description, settings, &mut clock)?;
+    let (prepared, settings) = resolved(description, settings, &mut clock)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     let finished = study.all(&mut clock)?;
     Ok(study.ended(finished, &clock))
@@ -44,7 +44,7 @@ pub fn run(
 ///
 /// # Errors
 /// A scene that is not valid, or a pilot that fails.
-pub(super) fn settled(
+pub(super) fn resolved(
     description: &SceneDescription,
     settings: &StudySettings,
     clock: &mut StudyClock<'_>,
@@ -57,7 +57,7 @@ pub(super) fn settled(
         let Variant {
             settings, options, ..
         } = variant;
-        *settings = prepared.settle(settings, *options, clock)?.settings;
+        *settings = prepared.resolve_auto(settings, *options, clock)?.settings;
     }
     let reference = RenderSettings {
         integrator: settings.reference,
@@ -65,7 +65,7 @@ pub(super) fn settled(
         threads: settings.options.threads,
         ..RenderSettings::new(prepared.size(), 1)
     };
-    let reference = prepared.settle(&reference, settings.options, clock)?;
+    let reference = prepared.resolve_auto(&reference, settings.options, clock)?;
     settings.reference_light_paths = reference.settings.light_paths;
     Ok((prepared, settings))
 }

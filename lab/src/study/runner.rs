@@ -108,7 +108,7 @@ impl<'a> Runner<'a> {
     /// Whether a task would leave less than `reserve` seconds, if it takes as long as a law says.
     pub fn is_late(&self, task: Task, laws: &[TimeLaw], reserve: f64) -> bool {
         let expected = laws[task.variant].at(f64::from(task.level).exp2());
-        self.clock.left() < expected + reserve
+        self.clock.remaining() < expected + reserve
     }
 
     /// Renders a task; `None` if it was cancelled. A disturbed render is not repeated if that would leave less than
@@ -132,7 +132,7 @@ impl<'a> Runner<'a> {
                 return Ok(None);
             };
             let disturbed = is_disturbed(times, shot.seconds);
-            let is_last = repeated || self.clock.left() < shot.seconds.wall + reserve;
+            let is_last = repeated || self.clock.remaining() < shot.seconds.wall + reserve;
             if !disturbed || is_last {
                 break (shot, disturbed);
             }

@@ -95,7 +95,7 @@ impl<'a> StudyClock<'a> {
     }
 
     /// Remaining seconds, negative after the end of the budget.
-    pub fn left(&self) -> f64 {
+    pub fn remaining(&self) -> f64 {
         self.limit - self.elapsed()
     }
 

@@ -151,25 +151,25 @@ impl PathObserver for Count {
 
 /// The hits of the render's own rays; within each kind, in the order of a recording.
 #[derive(Default)]
-struct Meetings {
+struct ObservedHits {
     /// Rays in flight: their kinds, and the primitives that they leave. Hits of paths traced side by side are reported in the
     /// order in which their rays were traced.
     under_way: VecDeque<(RayKind, Option<PrimitiveId>)>,
     /// The primitive that the path's current vertex is on.
-    left: Option<PrimitiveId>,
+    current: Option<PrimitiveId>,
     closest: Vec<(RayKind, Option<PrimitiveId>, Option<PrimitiveId>)>,
     visible: Vec<f32>,
 }
 
-impl Meetings {
-    fn met(&mut self, id: Option<PrimitiveId>) {
-        let (kind, left) = self.under_way.pop_front().expect("a ray is in flight");
-        self.closest.push((kind, left, id));
-        self.left = id;
+impl ObservedHits {
+    fn record(&mut self, id: Option<PrimitiveId>) {
+        let (kind, leaves) = self.under_way.pop_front().expect("a ray is in flight");
+        self.closest.push((kind, leaves, id));
+        self.current = id;
     }
 }
 
-impl PathObserver for Meetings {
+impl PathObserver for ObservedHits {
     fn is_sequential(&self) -> bool {
         false
     }
@@ -178,14 +178,14 @@ impl PathObserver for Meetings {
         match kind {
             RayKind::Shadow => {}
             RayKind::Camera => self.under_way.push_back((kind, None)),
-            _ => self.under_way.push_back((kind, self.left)),
+            _ => self.under_way.push_back((kind, self.current)),
         }
     }
     fn arrived(&mut self, at: &PathVertex, _beta: Rgb) {
-        self.met(Some(at.id));
+        self.record(Some(at.id));
     }
     fn escaped(&mut self, _direction: Vec3) {
-        self.met(None);
+        self.record(None);
     }
     fn light(&mut self, _contribution: Rgb, _weight: f32, visible: f32) {
         self.visible.push(visible);
@@ -196,8 +196,8 @@ impl PathObserver for Meetings {
 fn recorded_rays_reproduce_the_hits_of_the_render() {
     let small = Small::new(8, SamplerKind::Sobol);
     let recording = record(&small.subject(), usize::MAX);
-    let mut meetings = Meetings::default();
-    small.subject().observe(0, &mut meetings, |_| false);
+    let mut observed = ObservedHits::default();
+    small.subject().observe(0, &mut observed, |_| false);
     let accel = &small.scene.accel;
 
     let mut occluded = vec![];
@@ -206,7 +206,7 @@ fn recorded_rays_reproduce_the_hits_of_the_render() {
         Packets::default(),
         &mut occluded,
     );
-    let visible = meetings.visible.iter().map(|&visible| visible == 0.0);
+    let visible = observed.visible.iter().map(|&visible| visible == 0.0);
     assert!(visible.eq(occluded.iter().copied()));
     assert!(occluded.contains(&true) && occluded.contains(&false));
 
@@ -214,7 +214,7 @@ fn recorded_rays_reproduce_the_hits_of_the_render() {
     for kind in recording.kinds().filter(|&kind| kind != RayKind::Shadow) {
         let mut hits = HitBatch::default();
         accel.intersect_batch(recording.rays(kind), Packets::default(), &mut hits);
-        let of_kind = meetings.closest.iter().filter(|(k, ..)| *k == kind);
+        let of_kind = observed.closest.iter().filter(|(k, ..)| *k == kind);
         assert_eq!(of_kind.clone().count(), hits.len(), "{}", kind.name());
         for (index, (_, left, met)) in of_kind.enumerate() {
             let hit = hits.get(index).map(|hit| hit.id);

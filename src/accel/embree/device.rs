@@ -24,7 +24,7 @@ struct Monitor {
     first_error: Mutex<Option<(RTCError, String)>>,
     bytes: AtomicI64,
     /// The largest number of bytes that Embree may hold.
-    most: i64,
+    max_bytes: i64,
 }
 
 /// An Embree device.
@@ -52,7 +52,7 @@ impl Device {
     }
 
     /// Creates a device that may use at most this many bytes of memory.
-    fn with_memory(threads: usize, most: Option<u64>) -> Result<Arc<Self>> {
+    fn with_memory(threads: usize, max_bytes: Option<u64>) -> Result<Arc<Self>> {
         let options = std::env::var(OPTIONS).unwrap_or_default();
         let config = CString::new(format!("threads={threads},{options}"))
             .expect("neither a number nor the environment has a NUL byte");
@@ -70,7 +70,9 @@ impl Device {
             monitor: Box::new(Monitor {
                 first_error: Mutex::default(),
                 bytes: AtomicI64::new(0),
-                most: most.map_or(i64::MAX, |most| i64::try_from(most).unwrap_or(i64::MAX)),
+                max_bytes: max_bytes.map_or(i64::MAX, |max_bytes| {
+                    i64::try_from(max_bytes).unwrap_or(i64::MAX)
+                }),
             }),
         };
         let user: *const Monitor = &*device.monitor;
@@ -156,7 +158,7 @@ unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, there: bool) -> 
     let monitor = unsafe { &*user.cast::<Monitor>() };
     let bytes = bytes as i64;
     let held = monitor.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
-    let refused = bytes > 0 && !there && held > monitor.most;
+    let refused = bytes > 0 && !there && held > monitor.max_bytes;
     if refused {
         monitor.bytes.fetch_sub(bytes, Ordering::Relaxed);
     }
@@ -172,7 +174,7 @@ mod tests {
     use crate::math::vec::Vec3;
 
     /// Builds a BVH over a strip of triangles with at most this much memory, and returns the number of bytes held.
-    fn build(most: Option<u64>) -> Result<usize> {
+    fn build(max_bytes: Option<u64>) -> Result<usize> {
         let options = AccelOptions {
             backend: Backend::Embree,
             precision: Precision::Robust,
@@ -183,7 +185,7 @@ mod tests {
         let positions = (0..60_000).map(corner).collect();
         let indices = (0..59_998).map(|i| [i, i + 1, i + 2]).collect();
         let mesh = Mesh::new(positions, vec![], vec![], indices);
-        let mut scene = EmbreeScene::new(Device::with_memory(1, most)?, options)?;
+        let mut scene = EmbreeScene::new(Device::with_memory(1, max_bytes)?, options)?;
         // SAFETY: the mesh is dropped after the scene.
         unsafe { scene.attach_mesh(0, &mesh) };
         scene.commit().map(|built| built.memory())

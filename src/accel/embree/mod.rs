@@ -31,7 +31,7 @@ use crate::geometry::placed::PlacedShape;
 use crate::geometry::world::World;
 use crate::math::ray::Ray;
 use crate::math::robust::gamma;
-use crate::math::triangle::{meet_plane, nearest_in_triangle};
+use crate::math::triangle::{intersect_plane, nearest_in_triangle};
 use crate::math::vec::{DAffine3, DVec3};
 use device::Device;
 use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCHit, RTCRay, RTCRayHit};
@@ -228,7 +228,7 @@ fn check_placed(placed: &PlacedShape, ray: &Ray, hit: Hit) -> Option<Hit> {
 #[cold]
 fn recheck(vertices: [DVec3; 3], ray: &Ray, hit: Hit, bound: DVec3) -> Option<Hit> {
     let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
-    let (t, uv) = meet_plane(vertices, origin, dir)?;
+    let (t, uv) = intersect_plane(vertices, origin, dir)?;
     let [a, b, c] = vertices;
     let [u, v] = nearest_in_triangle(vertices, uv);
     let nearest = (1.0 - u - v) * a + u * b + v * c;

@@ -151,9 +151,9 @@ impl Level {
         let (query, _) = ray.to_boxes(start);
         let flow = self.tree.traverse(query, |place, _| {
             let triangle = &self.triangles[place];
-            let met = ray.intersect(triangle).is_some()
+            let is_hit = ray.intersect(triangle).is_some()
                 || (triangle[0].x.is_nan() && other(self.items[place], &ray));
-            if met {
+            if is_hit {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())

@@ -129,7 +129,7 @@ mod tests {
         Vec3::new(0.0, 4.0, 2.0),
     ];
 
-    fn meets(ray: &Ray) -> Option<(f64, [f32; 2])> {
+    fn intersect(ray: &Ray) -> Option<(f64, [f32; 2])> {
         let watertight = WatertightRay::narrow(&ray.widen());
         let (single, double) = (ray.intersect(&TRIANGLE), watertight.intersect(&TRIANGLE));
         assert_eq!(single, double, "{ray:?}");
@@ -139,17 +139,20 @@ mod tests {
     #[test]
     fn triangle_hits_are_correct_in_both_precisions() {
         let ray = Ray::new(Vec3::new(1.0, 2.0, 0.0), Vec3::new(0.0, 0.0, 0.5));
-        assert_eq!(meets(&ray), Some((4.0, [0.25, 0.5])));
+        assert_eq!(intersect(&ray), Some((4.0, [0.25, 0.5])));
         let from_behind = Ray::new(Vec3::new(1.0, 2.0, 4.0), Vec3::new(0.0, 0.0, -0.5));
-        assert_eq!(meets(&from_behind), Some((4.0, [0.25, 0.5])));
+        assert_eq!(intersect(&from_behind), Some((4.0, [0.25, 0.5])));
         for beside in [
             Vec3::new(-1.0, 2.0, 0.0),
             Vec3::new(2.0, -1.0, 0.0),
             Vec3::new(3.0, 2.0, 0.0),
         ] {
-            assert_eq!(meets(&Ray::new(beside, Vec3::Z)), None);
+            assert_eq!(intersect(&Ray::new(beside, Vec3::Z)), None);
         }
-        assert_eq!(meets(&Ray::new(Vec3::new(-1.0, 1.0, 2.0), Vec3::X)), None);
+        assert_eq!(
+            intersect(&Ray::new(Vec3::new(-1.0, 1.0, 2.0), Vec3::X)),
+            None
+        );
     }
 
     #[test]
@@ -162,7 +165,7 @@ mod tests {
                 t_min,
                 t_max,
             };
-            meets(&ray).is_some()
+            intersect(&ray).is_some()
         };
         assert!(up_to(0.0, 2.0) && up_to(2.0_f32.next_down(), 3.0));
         assert!(!up_to(2.0, 3.0) && !up_to(0.0, 2.0_f32.next_down()));

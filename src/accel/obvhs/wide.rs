@@ -85,19 +85,19 @@ fn octant(ray: &BoxRay) -> u32 {
 #[inline(always)]
 fn hits(node: &CwBvhNode, ray: &BoxRay, octant: u32) -> u32 {
     let (bits, shifts) = node.get_child_and_index_bits(octant * 0x0101_0101);
-    let met = children_met(node, ray);
+    let child_hits = children_hit(node, ray);
     // All children, hit or not: a loop over the hit children costs more in mispredicted branches.
     let of_child = |child: u32| {
-        let is_met = 0u32.wrapping_sub(met >> child & 1);
+        let mask = 0u32.wrapping_sub(child_hits >> child & 1);
         let bits = (bits >> (8 * child)) as u32 & 0xff;
-        (bits & is_met) << (shifts >> (8 * child) & 0x1f)
+        (bits & mask) << (shifts >> (8 * child) & 0x1f)
     };
     (0..8).fold(0, |hits, child| hits | of_child(child))
 }
 
 /// One bit for each child whose box the ray hits.
 #[inline(always)]
-fn children_met(node: &CwBvhNode, ray: &BoxRay) -> u32 {
+fn children_hit(node: &CwBvhNode, ray: &BoxRay) -> u32 {
     let unit = node.compute_extent();
     let offset = Vec3A::from(node.p) - ray.origin;
     // Up to ten roundings in the planes and in their parameters. The power of two is chosen by a logarithm, whose

@@ -170,7 +170,8 @@ impl Principled {
             .with_if(Effect::Transmission, has_glass)
     }
 
-    /// Samples a lobe by its share of the albedo, then a direction; `probabilities` is [`Principled::lobe_probabilities`] of `wo`.
+    /// Samples a lobe by its share of the albedo, then a direction; `probabilities` are the
+    /// [`Principled::lobe_probabilities`] of `wo`.
     #[inline]
     pub fn sample(
         &self,
@@ -220,7 +221,7 @@ impl Principled {
             .lobe_probabilities(self.albedo.at(wo.z.abs()), self.glass_share)
     }
 
-    /// Evaluates all lobes except deltas; `probabilities` is [`Principled::lobe_probabilities`] of `wo`.
+    /// Evaluates all lobes except deltas; `probabilities` are the [`Principled::lobe_probabilities`] of `wo`.
     #[inline]
     pub fn eval(&self, wo: Vec3, probabilities: &LobeProbabilities, wi: Vec3) -> BsdfValue {
         let mut value = BsdfValue::default();

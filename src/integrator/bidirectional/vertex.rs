@@ -120,7 +120,7 @@ impl<'a, E: Effects> SubpathVertex<'a, E> {
     /// depends on the end at which a subpath began.
     #[inline]
     pub fn receiver(&self) -> Receiver {
-        Receiver::anywhere(self.at.p)
+        Receiver::isotropic(self.at.p)
     }
 
     /// Whether the BSDF has any lobe but delta lobes, so that the vertex can be connected to.

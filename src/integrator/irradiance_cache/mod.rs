@@ -203,7 +203,7 @@ impl CacheLookup<'_> {
         };
         let at = self
             .integrator
-            .first_found(self.scene, sampler, camera_ray, hit, scratch, find)?;
+            .find_surface(self.scene, sampler, camera_ray, hit, scratch, find)?;
         self.at_surface(&at, &mut of_record, numbers, scratch)
     }
 

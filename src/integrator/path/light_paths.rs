@@ -50,8 +50,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             // The surface that the camera sees is connected to the lens, with certainty.
             self.begin_ratios(scene, block, &stage.at);
             if let Some(lanes) = stage.light_paths.get_mut() {
-                lanes.of_light_samples = [1.0; LANES];
-                lanes.of_scattered = [1.0; LANES];
+                lanes.reverse_pdf_of_light_sample = [1.0; LANES];
+                lanes.reverse_pdf_of_bsdf_sample = [1.0; LANES];
             }
         } else {
             reverse_densities(scene, &block.active, stage, nee_lanes);
@@ -67,7 +67,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         };
         lanes.light_path_over_nee = [0.0; LANES];
         for lane in nee_lanes.each() {
-            let ratio = ratios[lane] * lanes.of_light_samples[lane];
+            let ratio = ratios[lane] * lanes.reverse_pdf_of_light_sample[lane];
             if ratio == 0.0 || ratio.is_nan() {
                 continue;
             }
@@ -130,7 +130,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if let (Some(lanes), Some(ratios)) = (stage.light_paths.get(), block.light_path_ratio_mut())
         {
             let (wi, pdf) = (&scattering.wi, &scattering.pdf);
-            pass::<E>(at, wi, pdf, &lanes.of_scattered, ratios);
+            multiply_ratios::<E>(at, wi, pdf, &lanes.reverse_pdf_of_bsdf_sample, ratios);
         }
     }
 
@@ -208,8 +208,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// Computes the densities with which light paths continue towards the camera, for the light samples of the lanes `nee_lanes` and
-/// for the sampled directions of the active lanes.
+/// Computes the densities with which light paths continue towards the camera, for the light samples of the lanes
+/// `nee_lanes` and for the sampled directions of the active lanes.
 fn reverse_densities<E: Effects>(
     scene: &Scene,
     active: &ActiveLanes<LANES>,
@@ -244,11 +244,11 @@ fn reverse_densities<E: Effects>(
         if nee_lanes.any() {
             bsdfs.bind(to_light);
             bsdfs.eval(wo, f, pdf);
-            replace(active, &mut lanes.of_light_samples, pdf);
+            replace(active, &mut lanes.reverse_pdf_of_light_sample, pdf);
         }
         bsdfs.bind(&sampled.wi);
         bsdfs.eval(wo, f, pdf);
-        replace(active, &mut lanes.of_scattered, pdf);
+        replace(active, &mut lanes.reverse_pdf_of_bsdf_sample, pdf);
     }
     for lane in active.each() {
         let is_single = bsdfs.scalar_lanes.has(lane);
@@ -260,11 +260,11 @@ fn reverse_densities<E: Effects>(
         let is_delta = scattering.pdf[lane] == f32::INFINITY;
         if scattering.sampled.has(lane) && !is_delta && (is_single || may_have_corrected_normal(wi))
         {
-            lanes.of_scattered[lane] = reverse_density(scene, at, lane, wi);
+            lanes.reverse_pdf_of_bsdf_sample[lane] = reverse_density(scene, at, lane, wi);
         }
         let wi = load(to_light, lane);
         if nee_lanes.has(lane) && (is_single || may_have_corrected_normal(wi)) {
-            lanes.of_light_samples[lane] = reverse_density(scene, at, lane, wi);
+            lanes.reverse_pdf_of_light_sample[lane] = reverse_density(scene, at, lane, wi);
         }
     }
 }
@@ -313,8 +313,8 @@ vectorised! {
             let to_light_local = at.frame.to_local(load::<LaneVec3>(to_light, lane));
             let wi: LaneVec3 = load(scattered, lane);
             let pdf = wo.z.abs() * FRAC_1_PI;
-            lanes.of_light_samples[lane] = if to_light_local.z * wo.z > 0.0 { pdf } else { 0.0 };
-            lanes.of_scattered[lane] = if wi.z * wo.z > 0.0 { pdf } else { 0.0 };
+            lanes.reverse_pdf_of_light_sample[lane] = if to_light_local.z * wo.z > 0.0 { pdf } else { 0.0 };
+            lanes.reverse_pdf_of_bsdf_sample[lane] = if wi.z * wo.z > 0.0 { pdf } else { 0.0 };
         }
     }
 }
@@ -322,17 +322,17 @@ vectorised! {
 vectorised! {
     /// Multiplies ratios by the factors of surfaces that scatter along `wi`, in their shading frames, with the density
     /// `pdf`; by 1 at delta lobes.
-    fn pass<E: Effects>(
+    fn multiply_ratios<E: Effects>(
         at: &InteractionLanes<E>,
         wi: &Lanes3,
         pdf: &Lanes<f32>,
-        of_scattered: &Lanes<f32>,
+        reverse_pdf_of_bsdf_sample: &Lanes<f32>,
         ratios: &mut Lanes<f32>,
     ) {
         for lane in 0..LANES {
             let at: Interaction<E, LaneVec3> = at.get(lane);
             let wi = at.frame.to_world(load::<LaneVec3>(wi, lane));
-            let to_camera = DirectionPdf { pdf: of_scattered[lane], cos: at.wo.dot(at.ng) };
+            let to_camera = DirectionPdf { pdf: reverse_pdf_of_bsdf_sample[lane], cos: at.wo.dot(at.ng) };
             let to_light = DirectionPdf { pdf: pdf[lane], cos: wi.dot(at.ng) };
             let is_delta = pdf[lane] == f32::INFINITY;
             ratios[lane] *= if is_delta { 1.0 } else { vertex_ratio(to_camera, to_light) };

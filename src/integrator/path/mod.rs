@@ -23,7 +23,7 @@
 pub mod block;
 mod direct_light;
 mod emission;
-mod first_found;
+mod find_surface;
 mod light_paths;
 mod light_walk;
 mod reuse;

@@ -103,7 +103,7 @@ struct Connections {
 
 /// A second surface.
 #[derive(Debug, Clone, Copy)]
-struct Second {
+struct SecondSurface {
     point: SurfacePoint<LaneVec3>,
     /// The geometric normal on the side from which the path has come.
     normal: LaneVec3,
@@ -212,7 +212,7 @@ impl<E: Effects> SharedPaths<E> {
         (lane, block): (usize, &mut PathBlock<E>),
         connections: &mut Connections,
     ) {
-        let second = Second {
+        let second = SecondSurface {
             point: at.surface_point(),
             normal: at.exit_normal(false),
         };
@@ -225,12 +225,12 @@ impl<E: Effects> SharedPaths<E> {
         if density[path] == 0.0 {
             return;
         }
-        let mut asked = pixels.and(|pixel| density[pixel] > 0.0);
+        let mut queried = pixels.and(|pixel| density[pixel] > 0.0);
         // The path's own segment is unoccluded, so that it needs no shadow ray.
-        asked.set(path, false);
+        queried.set(path, false);
         let mut visible = [0.0; LANES];
-        if asked.any() {
-            visible = scene.visibilities::<E>(&asked, rays);
+        if queried.any() {
+            visible = scene.visibilities::<E>(&queried, rays);
         }
         visible[path] = 1.0;
         let sum: f32 = (0..LANES)
@@ -266,7 +266,7 @@ impl<E: Effects> SharedPaths<E> {
         store(&mut self.own, path, load::<Rgb>(&block.radiance, lane));
         store(&mut block.radiance, lane, Rgb::BLACK);
         store(&mut block.beta, lane, throughput * Rgb::WHITE);
-        block.count_shadow_rays(lane, asked.count() as u32);
+        block.count_shadow_rays(lane, queried.count() as u32);
     }
 }
 
@@ -276,7 +276,7 @@ vectorised! {
         pixels: &ActiveLanes<LANES>,
         first: &InteractionLanes<E>,
         reflectance: &Lanes3,
-        second: Second,
+        second: SecondSurface,
         connections: &mut Connections,
     ) {
         for lane in 0..LANES {

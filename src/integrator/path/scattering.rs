@@ -159,7 +159,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 }
 
-/// Samples the principled BSDFs and the conductors that are evaluated in lanes, and evaluates them for the light samples of the lanes `nee_lanes`.
+/// Samples the principled BSDFs and the conductors that are evaluated in lanes, and evaluates them for the light samples of
+/// the lanes `nee_lanes`.
 fn sample_principled<E: Effects>(
     scene: &Scene,
     at: &InteractionLanes<E>,
@@ -352,14 +353,14 @@ vectorised! {
             beta *= weight;
             scattering.scattered.set(lane, is_scattered);
             store(&mut scattering.beta, lane, beta);
-            let (mut reflected, mut left) = (weight, beta);
+            let (mut reflected, mut rr_beta) = (weight, beta);
             if let Some(eta_scale) = block.eta_scale.get_mut() {
                 let eta2 = scattering.eta2[lane];
                 reflected *= eta2;
                 eta_scale[lane] *= eta2;
-                left = eta_scale[lane] * beta;
+                rr_beta = eta_scale[lane] * beta;
             }
-            let survival = rule.probability(bounce, reflected, left);
+            let survival = rule.probability(bounce, reflected, rr_beta);
             let ends = (survival < 1.0) & (scattering.roulette[lane] >= survival);
             let correction = if survival < 1.0 { rule.correction(survival) } else { 1.0 };
             let factor = planted!("roulette-without-division", 1.0, correction);

@@ -139,9 +139,9 @@ impl Default for ScatteringLanes {
 #[derive(Debug, Clone, Copy)]
 pub struct LightPathLanes {
     /// The densities with which light paths that arrive along the light samples continue towards the camera.
-    pub of_light_samples: Lanes<f32>,
+    pub reverse_pdf_of_light_sample: Lanes<f32>,
     /// The densities of light paths that arrive against the sampled directions.
-    pub of_scattered: Lanes<f32>,
+    pub reverse_pdf_of_bsdf_sample: Lanes<f32>,
     /// The ratios of the densities of a light path and of light sampling, for the light samples.
     pub light_path_over_nee: Lanes<f32>,
 }
@@ -150,8 +150,8 @@ impl Default for LightPathLanes {
     fn default() -> Self {
         let zero = [0.0; LANES];
         Self {
-            of_light_samples: zero,
-            of_scattered: zero,
+            reverse_pdf_of_light_sample: zero,
+            reverse_pdf_of_bsdf_sample: zero,
             light_path_over_nee: zero,
         }
     }

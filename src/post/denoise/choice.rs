@@ -22,7 +22,7 @@
 
 use super::Filtered;
 use super::means::Means;
-use super::noisy::Noisy;
+use super::noisy::NoisyImage;
 use crate::image::Image;
 use crate::math::plane::Plane;
 use crate::math::rgb::Rgb;
@@ -141,7 +141,7 @@ impl Filtered {
         picture: &[Plane; 3],
         risks: &[Plane; 3],
         floor: &[Plane; 3],
-        noisy: &Noisy,
+        noisy: &NoisyImage,
     ) -> Self {
         let measure = measure(picture);
         let [width, height] = noisy.size().map(|side| side as u32);

@@ -15,7 +15,7 @@ mod prefilter;
 #[cfg(feature = "oidn")]
 mod trained;
 
-pub use noisy::Noisy;
+pub use noisy::NoisyImage;
 
 use crate::error::Result;
 use crate::image::Image;
@@ -74,7 +74,7 @@ impl Denoiser {
     ///
     /// # Errors
     /// If a library is not found, or fails.
-    pub fn filter(self, noisy: &Noisy) -> Result<Filtered> {
+    pub fn filter(self, noisy: &NoisyImage) -> Result<Filtered> {
         match self {
             Self::NonLocalMeans => Ok(own::filter(noisy)),
             #[cfg(feature = "oidn")]

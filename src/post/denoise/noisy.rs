@@ -12,7 +12,7 @@ use crate::math::plane::Plane;
 
 /// A noisy image, with its halves, its variance and its first hits.
 #[derive(Debug, Clone)]
-pub struct Noisy {
+pub struct NoisyImage {
     /// The pixels of the image.
     pub(super) picture: [Plane; 3],
     /// The images of either half of the samples, independent of each other; their mean is the whole image.
@@ -25,7 +25,7 @@ pub struct Noisy {
 /// The name of a layer that only filtered images have.
 pub const FILTERED_LAYER: &str = "noisy.R";
 
-impl Noisy {
+impl NoisyImage {
     /// Builds the input from an image and its layers.
     ///
     /// # Errors

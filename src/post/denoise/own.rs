@@ -11,7 +11,7 @@ use super::Filtered;
 use super::choice::{choose, measure, risks, whole};
 use super::guides::features;
 use super::means::{ComparisonParameters, Halves, Means, means};
-use super::noisy::Noisy;
+use super::noisy::NoisyImage;
 use super::prefilter::prefiltered;
 
 /// The radius of the search window, in pixels.
@@ -27,7 +27,7 @@ const STRICT: f32 = 32.0;
 const LENIENT: f32 = 4.0;
 
 /// Filters an image.
-pub fn filter(noisy: &Noisy) -> Filtered {
+pub fn filter(noisy: &NoisyImage) -> Filtered {
     let halves = Halves {
         values: noisy.halves.clone(),
         variance: noisy

@@ -13,13 +13,13 @@
 //! Source: cross-validation, as by Stone 1974. Tested in `cli/tests/command/denoise_oidn.rs`.
 
 use super::Filtered;
-use super::noisy::Noisy;
+use super::noisy::NoisyImage;
 use crate::error::Result;
 use crate::math::plane::Plane;
 use crate::post::oidn;
 
 /// Filters an image and its halves.
-pub fn filter(noisy: &Noisy) -> Result<Filtered> {
+pub fn filter(noisy: &NoisyImage) -> Result<Filtered> {
     let (picture, halves) = (&noisy.picture, &noisy.halves);
     let [first, second] = halves;
     let mut colours = [picture, first, second].map(interleaved);

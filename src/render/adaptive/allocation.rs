@@ -174,24 +174,24 @@ impl Allocation {
     }
 
     /// The number of evenly distributed samples per pixel with the error of this level, by the pilot's estimates.
-    pub fn worth(&self, level: u64) -> f64 {
+    pub fn equivalent_spp(&self, level: u64) -> f64 {
         self.at(self.everyone.rate(self.pilot, level)).1
     }
 
-    /// The level with the error of `worth` evenly distributed samples per pixel.
-    pub fn level_of(&self, worth: f64) -> f64 {
-        if self.at(0.0).1 >= worth {
+    /// The level with the error of `equivalent_spp` evenly distributed samples per pixel.
+    pub fn level_of(&self, equivalent_spp: f64) -> f64 {
+        if self.at(0.0).1 >= equivalent_spp {
             return self.pilot as f64;
         }
         let (mut low, mut high) = (0.0, self.pilot as f64);
-        while self.at(high).1 < worth && high < f64::MAX / 2.0 {
+        while self.at(high).1 < equivalent_spp && high < f64::MAX / 2.0 {
             (low, high) = (high, 2.0 * high);
         }
         /// Halvings that leave a thousandth.
         const HALVINGS: u32 = 10;
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if self.at(middle).1 < worth {
+            if self.at(middle).1 < equivalent_spp {
                 low = middle;
             } else {
                 high = middle;
@@ -200,7 +200,7 @@ impl Allocation {
         self.at(high).0
     }
 
-    /// The level at this number of samples per share, and its worth in evenly distributed samples.
+    /// The level at this number of samples per share, and the evenly distributed samples per pixel that it is equivalent to.
     fn at(&self, rate: f64) -> (f64, f64) {
         let (mut level, mut error, mut variance) = (0.0, 0.0, 0.0);
         for (index, v) in self.variances.iter().enumerate() {
@@ -210,9 +210,16 @@ impl Allocation {
             variance += v;
         }
         let level = level / self.shares.len() as f64;
-        let worth = variance / error;
-        // Without variance, the worth of samples is their number.
-        (level, if worth.is_finite() { worth } else { level })
+        let equivalent_spp = variance / error;
+        // Without variance, samples are equivalent to as many evenly distributed ones.
+        (
+            level,
+            if equivalent_spp.is_finite() {
+                equivalent_spp
+            } else {
+                level
+            },
+        )
     }
 }
 

@@ -51,7 +51,7 @@ pub struct LightPathChoice {
 }
 
 impl LightPathChoice {
-    /// The ratio of variances above which light paths pay: a pilot that has not met the rarest paths measures less than there
+    /// The ratio of variances above which light paths pay: a pilot that has not sampled the rarest paths measures less than there
     /// is.
     pub const MIN_RATIO: f64 = 1.25;
 }

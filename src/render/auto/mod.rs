@@ -148,7 +148,7 @@ pub fn recommend(
 
 /// Settings in which nothing is left to be chosen, and what was chosen by pilots.
 #[derive(Debug, Clone)]
-pub struct Settled {
+pub struct ResolvedSettings {
     /// The settings.
     pub settings: RenderSettings,
     /// The recommendation of an integrator, if `auto` was requested.
@@ -162,16 +162,16 @@ pub struct Settled {
 ///
 /// # Errors
 /// The errors of [`recommend`].
-pub fn settle(
+pub fn resolve_auto(
     input: &RenderInput<'_>,
     threads: &Threads,
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
-) -> Result<Settled> {
-    let (mut settled, mut recommendation) = (settings.clone(), None);
+) -> Result<ResolvedSettings> {
+    let (mut resolved, mut recommendation) = (settings.clone(), None);
     let choices = if settings.integrator == IntegratorKind::Auto {
         let recommended = recommend(input, threads, settings, observer)?;
-        settled.integrator = recommended.integrator;
+        resolved.integrator = recommended.integrator;
         recommendation.insert(recommended).choices
     } else {
         let mut choices = choose_for_path(input, threads, settings, observer)?;
@@ -179,8 +179,8 @@ pub fn settle(
             weight_window::choose(input, threads, &choices.apply(settings), observer)?;
         choices
     };
-    Ok(Settled {
-        settings: choices.apply(&settled),
+    Ok(ResolvedSettings {
+        settings: choices.apply(&resolved),
         recommendation,
         choices,
     })
@@ -240,9 +240,9 @@ fn option(effects: EffectSet) -> Option<String> {
 }
 
 /// An observer that passes on cancellation, and nothing else.
-struct Ended<'a>(&'a dyn RenderObserver);
+struct CancellationOnly<'a>(&'a dyn RenderObserver);
 
-impl RenderObserver for Ended<'_> {
+impl RenderObserver for CancellationOnly<'_> {
     fn is_cancelled(&self) -> bool {
         self.0.is_cancelled()
     }
@@ -255,14 +255,14 @@ fn render_pilot(
     settings: &RenderSettings,
     observer: &dyn RenderObserver,
 ) -> Result<Rendered> {
-    let mut rendered = Rendered::nothing(settings, input.filter);
+    let mut rendered = Rendered::empty(settings, input.filter);
     resume(
         input,
         threads,
         settings,
         settings.budget,
         &mut rendered,
-        &Ended(observer),
+        &CancellationOnly(observer),
     )?;
     Ok(rendered)
 }

@@ -66,7 +66,7 @@ impl Pilot {
 
 /// The inefficiency of each integrator.
 pub fn inefficiencies(pilots: &[Pilot]) -> Vec<Candidate> {
-    let truth = Truth::of(pilots);
+    let truth = ReferenceImage::of(pilots);
     let by = |kind| pilots.iter().find(|it| it.integrator == kind);
     let bidirectional = by(IntegratorKind::Bidirectional);
     let of_one = |pilot: &Pilot| {
@@ -89,12 +89,12 @@ pub fn inefficiencies(pilots: &[Pilot]) -> Vec<Candidate> {
 }
 
 /// The reference image, from all pilots.
-struct Truth {
+struct ReferenceImage {
     image: Image,
     epsilon: f64,
 }
 
-impl Truth {
+impl ReferenceImage {
     /// The median of the surroundings of each pixel in all images, so that a rare bright sample is not its own
     /// reference.
     fn of(pilots: &[Pilot]) -> Self {

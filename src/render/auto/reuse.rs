@@ -111,9 +111,9 @@ pub fn choose(
 
 /// Windows that are spread over an image of this size, at positions that are multiples of their edge.
 fn windows((width, height): (u32, u32)) -> Vec<Window> {
-    let starts = |length: u32, most: u32| {
+    let starts = |length: u32, max_count: u32| {
         let edges = length.div_ceil(EDGE);
-        let count = most.min(edges);
+        let count = max_count.min(edges);
         (0..count).map(move |k| (2 * k + 1) * edges / (2 * count) * EDGE)
     };
     let [columns, rows] = [starts(width, WINDOWS[0]), starts(height, WINDOWS[1])];

@@ -79,17 +79,20 @@ impl PassPlanner {
     /// Records an estimate of the error that was due, and decides when to make the next: where the requested error is
     /// expected to be reached, and before that whenever the samples have doubled, since no power law holds for ever.
     ///
-    /// Where samples are distributed by an allocation, the power law is that of what they are worth, distributed
-    /// evenly.
+    /// Where samples are distributed by an allocation, the power law is that of the evenly distributed
+    /// samples that they are equivalent to.
     pub fn record_error(&mut self, error: Option<ErrorEstimate>, allocation: Option<&Allocation>) {
         let Some(error) = error else {
             // A black image: light may still be found.
             self.next_estimate = 2 * self.spp;
             return;
         };
-        let worth = allocation.map_or(self.spp as f64, |allocation| allocation.worth(self.spp));
-        let error = stated(error, worth, &self.error_records);
-        self.error_records.push(ErrorRecord::new(worth, &error));
+        let equivalent_spp = allocation.map_or(self.spp as f64, |allocation| {
+            allocation.equivalent_spp(self.spp)
+        });
+        let error = stated(error, equivalent_spp, &self.error_records);
+        self.error_records
+            .push(ErrorRecord::new(equivalent_spp, &error));
         let Some(target) = self.budget.error else {
             self.next_estimate = ESTIMATE_RATIO * self.spp;
             return;
@@ -150,7 +153,8 @@ mod tests {
         in_steps: false,
     };
 
-    /// The samples, the samples of each estimate and the forecast for a target if the error is `scale` times this power of the samples.
+    /// The samples, those at each estimate and the forecast for a target if the error is `scale` times this power of the
+    /// samples.
     fn reach(target: f64, scale: f64, power: f64) -> (u64, Vec<u64>, Option<Expected>) {
         let error = ErrorTarget {
             rel_rmse: target,

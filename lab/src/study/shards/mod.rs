@@ -12,7 +12,7 @@ mod plan;
 
 use super::compared_renders::ComparedRenders;
 use super::report::StudyReport;
-use super::run::{Study, order, settled};
+use super::run::{Study, order, resolved};
 use super::runner::Runner;
 use super::settings::{StudyClock, StudyObserver, StudySettings};
 use etendue::internals::render::RenderObserver;
@@ -35,7 +35,7 @@ pub fn plan(
     observer: &dyn StudyObserver,
 ) -> Result<Option<StudyPlan>> {
     let mut clock = StudyClock::new(start, observer, settings);
-    let (prepared, settings) = settled(description, settings, &mut clock)?;
+    let (prepared, settings) = resolved(description, settings, &mut clock)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     let identities = identities(&study)?;
     clock.begin("measuring the cost of renders");
@@ -78,7 +78,7 @@ pub fn render(
     }
     let settings = plan.settings(settings);
     let mut clock = StudyClock::new(start, observer, &settings);
-    let (prepared, settings) = settled(description, &settings, &mut clock)?;
+    let (prepared, settings) = resolved(description, &settings, &mut clock)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     follow(plan, &mut study)?;
     clock.begin("rendering two references");
@@ -120,7 +120,7 @@ pub fn merge(
     check_parts(plan, &parts)?;
     let settings = plan.settings(settings);
     let mut clock = StudyClock::new(start, observer, &settings);
-    let (prepared, settings) = settled(description, &settings, &mut clock)?;
+    let (prepared, settings) = resolved(description, &settings, &mut clock)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     follow(plan, &mut study)?;
     let finished = merge_into(&mut study, plan, parts, &mut clock)?;

@@ -54,7 +54,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let mut connections = [Connection::default(); LANES];
         for lane in seen.each() {
             let p = load(&stage.at.p, lane);
-            let connection = self.lens_seen_from(wavefront, block, lane, p);
+            let connection = self.sample_lens(wavefront, block, lane, p);
             let connection = connection.filter(|it| (splats.reaches)(it.film.position));
             seen.set(lane, connection.is_some());
             if let Some(connection) = connection {
@@ -157,7 +157,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 
     /// Samples a point of the lens for `p`; `None` if `p` is not on the film.
-    fn lens_seen_from<E: Effects, S: Sampler>(
+    fn sample_lens<E: Effects, S: Sampler>(
         &self,
         wavefront: &mut PathWavefront<'_, S, NullPathObserver>,
         block: &PathBlock<E>,

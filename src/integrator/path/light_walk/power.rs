@@ -51,7 +51,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let rough = sampled.without(&delta);
         let towards = towards_camera::<E>(scene, &rough, at, bsdfs, &w);
         scattering.sampled = towards.active.and(|lane| scattering.pdf[lane] > 0.0);
-        lanes.of_scattered = towards.pdf_to_light;
+        lanes.reverse_pdf_of_bsdf_sample = towards.pdf_to_light;
         for lane in scattering.sampled.each() {
             let factor = load::<Rgb>(&towards.factor, lane) * (1.0 / scattering.pdf[lane]);
             store(&mut scattering.weight, lane, factor);
@@ -66,13 +66,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             }
         }
         for lane in delta.each() {
-            carry_power_of_delta::<E>(scene, at, load(&w, lane), scattering, lane);
+            convert_delta_to_power::<E>(scene, at, load(&w, lane), scattering, lane);
         }
     }
 }
 
 /// Changes a sample of a delta lobe, along the unit vector `to_camera`, from a factor of radiance to one of power.
-fn carry_power_of_delta<E: Effects>(
+fn convert_delta_to_power<E: Effects>(
     scene: &Scene,
     at: &InteractionLanes<E>,
     to_camera: Vec3,

@@ -69,7 +69,7 @@ pub(super) fn towards_camera<E: Effects>(
         }
         replace(&stage.active, &mut towards.pdf_to_light, &stage.pdf);
     }
-    carry_light::<E>(at, w, &to_light, &mut towards);
+    multiply_by_adjoint::<E>(at, w, &to_light, &mut towards);
     for lane in lanes.each() {
         let of_lane: Interaction<E> = at.get(lane);
         let may_have_corrected_normal = || {
@@ -123,7 +123,7 @@ vectorised! {
 
 vectorised! {
     /// Multiplies the values of opaque surfaces by the factors of light paths, and marks those that are lit.
-    fn carry_light<E: Effects>(
+    fn multiply_by_adjoint<E: Effects>(
         at: &InteractionLanes<E>,
         w: &Lanes3,
         to_light: &Lanes3,

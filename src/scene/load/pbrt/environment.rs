@@ -168,7 +168,7 @@ fn square(direction: DVec3) -> DVec2 {
     0.5 * (signed + DVec2::ONE)
 }
 
-/// The colour at a point of the unit square, between the centres of texels. Beyond an edge the map goes on mirrored at
+/// The colour at a point of the unit square, between the centres of texels. Beyond an edge the map continues mirrored at
 /// the edge's middle.
 fn bilinear(map: &Image, point: DVec2) -> Rgb {
     let side = i64::from(map.width());

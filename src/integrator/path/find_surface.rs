@@ -22,7 +22,7 @@ use std::slice;
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// Traces one path, without light sampling, to the first surface for which `find` returns a value, and returns that
     /// value.
-    pub fn first_found<E: Effects, S: Sampler, T>(
+    pub fn find_surface<E: Effects, S: Sampler, T>(
         &self,
         scene: &Scene,
         sampler: &mut S,

@@ -116,7 +116,7 @@ fuzz: ## Feeds damaged scenes, models, pictures and state files to the loaders: 
 			-timeout=10 -rss_limit_mb=2048 -print_final_stats=1 || exit 1; \
 	done
 
-accuracy: setup ## Tests the coverage of error bars and the errors of --error, with ACCURACY_SEEDS images each (default: 400).
+accuracy: setup ## Tests error bars, stated errors and the errors of --error, with up to ACCURACY_SEEDS images each (default: 400).
 	ACCURACY_SEEDS=$(ACCURACY_SEEDS) $(CARGO) test -p etendue --test accuracy
 
 # Needs Debian's slurm-wlm and munge, and root.

@@ -1,24 +1,30 @@
-//! The coverage of error bars, and the true errors of renders to a requested error, over enough seeds to be significant:
-//! `make accuracy`. It prints the tables of docs/accuracy.md.
+//! The coverage of error bars, the errors that renders state, and the true errors of renders to a requested error, over enough
+//! seeds to be significant: `make accuracy`. It prints the tables of docs/accuracy.md.
 //!
 //! Measure: shares of intervals in percent; true errors as multiples of the requested ones.
-//! Range: ACCURACY_SEEDS images of each case, an eighth as many of each requested error, of the scenes whose name contains
-//! ACCURACY_SCENES (default: all), and of the part ACCURACY_PART (`bars` or `targets`, default: both); ends with a panic that
-//! names the cases out of tolerance.
+//! Range: ACCURACY_SEEDS images of each case of error bars, an eighth as many of the others, of the scenes whose name contains
+//! ACCURACY_SCENES (default: all), and of the part ACCURACY_PART (`bars`, `stated` or `targets`, default: all); ends with a
+//! panic that names the cases out of tolerance.
 //! Source: accuracy protocol of docs/accuracy.md. It is a program, not a test, since it takes hours.
 
 #[path = "../common/mod.rs"]
 mod common;
+mod stated;
 
 use common::closed_forms::parallel_rectangle;
 use common::error_bars::{Coverage, TargetsReached, settings};
 use common::room::floor_below;
 use common::scene::{film, ready, rectangle};
 use etendue::internals::accel::Backend;
+use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::vec::DVec3;
+use etendue::internals::render::NullRenderObserver;
+use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
 use etendue::internals::scene::load::load;
+use etendue::internals::session::{Session, tracing};
+use stated::{CONFIDENCE, Stated, StatedErrors};
 use std::path::Path;
 
 /// Bundled scenes, samples per pixel, and the least share of pixels that have to be unflagged.
@@ -33,6 +39,33 @@ const SCENES: [(&str, u64, f64); 6] = [
 
 /// The image size of these scenes.
 const SIZE: (u32, u32) = (96, 64);
+
+/// Scenes whose renders state their error, with the integrator: those that it converges in.
+const STATED_SCENES: [(&str, IntegratorKind); 14] = [
+    ("suzanne-room/suzanne-room", IntegratorKind::Path),
+    ("caustics/caustics", IntegratorKind::Path),
+    ("cornell-box/cornell-box", IntegratorKind::Path),
+    ("environment/environment", IntegratorKind::Path),
+    ("materials/materials", IntegratorKind::Path),
+    ("depth-of-field/depth-of-field", IntegratorKind::Path),
+    ("four-lights/four-lights", IntegratorKind::Path),
+    ("frosted-block/frosted-block", IntegratorKind::Path),
+    ("phong-lobes/phong-lobes", IntegratorKind::Path),
+    ("rough-glass/rough-glass", IntegratorKind::Path),
+    ("motion-blur/motion-blur", IntegratorKind::Path),
+    (
+        "ten-thousand-lamps/ten-thousand-lamps",
+        IntegratorKind::Path,
+    ),
+    (
+        "ten-thousand-instances/ten-thousand-instances",
+        IntegratorKind::Path,
+    ),
+    ("shaded-lamps/shaded-lamps", IntegratorKind::Bidirectional),
+];
+
+/// Their sample counts per pixel.
+const STATED_SPP: [u64; 3] = [64, 256, 1024];
 
 /// Scenes that are rendered until an error is reached, and their image sizes.
 const TARGET_SCENES: [(&str, (u32, u32)); 6] = [
@@ -57,9 +90,9 @@ fn is_wanted(name: &str) -> bool {
     name.contains(&part)
 }
 
-/// Whether ACCURACY_PART names this part, `bars` or `targets`; by default it names none, and all is run.
+/// Whether this part is run: the one that ACCURACY_PART names, or each if it is not set.
 fn is_part(name: &str) -> bool {
-    std::env::var("ACCURACY_PART").is_ok_and(|part| part == name)
+    std::env::var("ACCURACY_PART").map_or(true, |part| part == name)
 }
 
 fn main() {
@@ -68,19 +101,27 @@ fn main() {
         text.parse().expect("ACCURACY_SEEDS is a number")
     });
     let mut off = Vec::new();
-    println!(
-        "| shares of unflagged intervals that hold the truth | 50 % | 80 % | 90 % | 95 % | 99 % | flagged | of these \
-         at 95 % |\n|---|---|---|---|---|---|---|---|"
-    );
-    if !is_part("targets") {
+    let renders = (seeds / 8).max(3);
+    if is_part("bars") {
+        println!(
+            "| shares of unflagged intervals that hold the truth | 50 % | 80 % | 90 % | 95 % | 99 % | flagged | of these \
+             at 95 % |\n|---|---|---|---|---|---|---|---|"
+        );
         closed_forms(seeds, &mut off);
         pictures(seeds, &mut off);
     }
-    println!(
-        "\n| error asked for | kept by | true error, as a share of it | foreseen within |\n|---|---|---|---|"
-    );
-    if !is_part("bars") {
-        targets((seeds / 8).max(1), &mut off);
+    if is_part("stated") {
+        println!(
+            "\n| stated errors | true error, mean | stated over true error | bounds that hold | `at least` |\n\
+             |---|---|---|---|---|"
+        );
+        stated_errors(renders, &mut off);
+    }
+    if is_part("targets") {
+        println!(
+            "\n| error asked for | kept by | true error, as a share of it | foreseen within |\n|---|---|---|---|"
+        );
+        targets(renders, &mut off);
     }
     assert!(off.is_empty(), "out of tolerance: {off:#?}");
 }
@@ -159,6 +200,33 @@ fn judge(case: &str, coverage: &Coverage, off: &mut Vec<String>) {
             .miscalibrated()
             .map(|what| format!("{case}: {what}")),
     );
+}
+
+/// Runs the cases of renders with default options, which state their error.
+fn stated_errors(renders: u64, off: &mut Vec<String>) {
+    let wanted = STATED_SCENES.into_iter();
+    for (name, integrator) in wanted.filter(|(name, _)| is_wanted(name)) {
+        let session = Session::new(ours(name, SIZE), tracing()).expect("a bundled scene is valid");
+        for spp in STATED_SPP {
+            let render = |seed: u64| {
+                let mut options = RenderOptions::samples(spp);
+                (options.seed, options.integrator) = (Some(seed), Some(integrator));
+                let rendering = session.render(&options, &NullRenderObserver);
+                let rendering = rendering.expect("valid options");
+                Stated {
+                    image: rendering.image(),
+                    error: rendering
+                        .error(CONFIDENCE)
+                        .expect("all pixels have samples"),
+                }
+            };
+            let renders: Vec<Stated> = (0..renders).map(render).collect();
+            let errors = StatedErrors::of(&renders);
+            let case = format!("{name}, {}, {spp} spp", integrator.name());
+            println!("| {case} |{errors}");
+            off.extend(errors.wrong().map(|what| format!("{case}: {what}")));
+        }
+    }
 }
 
 /// Runs the cases of images that are rendered until an error is reached.

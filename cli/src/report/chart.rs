@@ -135,13 +135,12 @@ fn width(share: f64) -> String {
 
 /// The style sheet of charts; it needs [`super::page::STYLE`], which defines the colours.
 pub const STYLE: &str = "
-.chart { margin: .75rem 0; }
-.group { font-weight: 600; margin-top: .6rem; break-after: avoid; }
-.row { display: flex; align-items: center; gap: 0 .75rem; margin: .2rem 0; break-inside: avoid; }
-.row .label { flex: 0 0 17rem; }
-.row .track { flex: 1 1 6rem; position: relative; height: 1.1rem; background: var(--track); border-radius: 2px;
+.chart { display: grid; grid-template-columns: 17rem minmax(6rem, 1fr) max-content; align-items: center;
+  gap: .4rem .75rem; margin: .75rem 0; }
+.group { grid-column: 1 / -1; font-weight: 600; margin-top: .4rem; break-after: avoid; }
+.row { display: contents; }
+.row .track { position: relative; height: 1.1rem; background: var(--track); border-radius: 2px;
   overflow: hidden; }
-.row .value { flex: 0 0 12rem; }
 .bar { height: 100%; border-radius: 2px; }
 .whisker { position: absolute; top: 25%; height: 50%; box-sizing: border-box; min-width: 2px;
   border: solid var(--text); border-width: 0 1.5px; }
@@ -157,7 +156,8 @@ pub const STYLE: &str = "
 .hue-6 { background: var(--hue-6); }
 .bar, .part, .key, .track, .whisker { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 @media (max-width: 40rem) {
-  .row { flex-wrap: wrap; margin-bottom: .4rem; }
+  .chart { display: block; }
+  .row { display: flex; flex-wrap: wrap; align-items: center; gap: 0 .75rem; margin: .2rem 0 .4rem; break-inside: avoid; }
   .row .label { flex: 1 1 9rem; } .row .value { flex: 0 0 auto; } .row .track { flex: 1 0 100%; order: 1; }
 }
 ";

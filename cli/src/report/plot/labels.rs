@@ -1,7 +1,8 @@
 //! Texts at points of a plot, where there is room for them.
 //!
 //! Measure: units of the frame.
-//! Range: any labels; one that would cover another or leave the frame at all four corners of its point is left out.
+//! Range: any labels; one that would cover another or leave the frame at all four corners of its point is left out. A corner
+//! that no line runs through is preferred.
 //! Source: none needed. Tested below.
 
 use super::frame::{PlotFrame, round};
@@ -39,6 +40,7 @@ pub fn drawn(series: &[Series], frame: &PlotFrame) -> Markup {
 
 fn placed<'a>(series: &'a [Series], frame: &PlotFrame) -> Vec<PlacedLabel<'a>> {
     let mut all: Vec<PlacedLabel<'a>> = Vec::new();
+    let lines = lines(series, frame);
     for series in series {
         for label in &series.labels {
             let Some([x, y]) = frame.at(label.point[0], label.point[1]) else {
@@ -46,7 +48,7 @@ fn placed<'a>(series: &'a [Series], frame: &PlotFrame) -> Vec<PlacedLabel<'a>> {
             };
             let width = WIDTH * label.text.chars().count() as f64;
             let corners = [(1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)];
-            let place = corners.into_iter().find_map(|(right, down)| {
+            let areas = corners.into_iter().filter_map(|(right, down)| {
                 let left = if right > 0.0 {
                     x + AWAY
                 } else {
@@ -63,7 +65,12 @@ fn placed<'a>(series: &'a [Series], frame: &PlotFrame) -> Vec<PlacedLabel<'a>> {
                 let is_free = all.iter().all(|other| !overlap(&area, &other.area));
                 (is_inside && is_free).then_some(area)
             });
-            all.extend(place.map(|area| PlacedLabel {
+            let areas: Vec<[f64; 4]> = areas.collect();
+            let beside_lines = areas
+                .iter()
+                .find(|area| !lines.iter().any(|it| meets(it, area)));
+            let place = beside_lines.or(areas.first());
+            all.extend(place.map(|&area| PlacedLabel {
                 text: &label.text,
                 hue: series.hue,
                 at: [area[0], area[3] - 0.25 * HEIGHT],
@@ -72,6 +79,33 @@ fn placed<'a>(series: &'a [Series], frame: &PlotFrame) -> Vec<PlacedLabel<'a>> {
         }
     }
     all
+}
+
+/// The lines between the points of all series.
+fn lines(series: &[Series], frame: &PlotFrame) -> Vec<[[f64; 2]; 2]> {
+    let pairs = series.iter().flat_map(|series| series.points.windows(2));
+    let ends = pairs.map(|pair| pair.iter().map(|p| frame.at(p[0], p[1])).collect());
+    let ends = ends.filter_map(|ends: Option<Vec<_>>| ends?.try_into().ok());
+    ends.collect()
+}
+
+/// Whether a line runs through an area (Liang and Barsky 1984).
+fn meets([from, to]: &[[f64; 2]; 2], area: &[f64; 4]) -> bool {
+    let (mut start, mut end) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let (first, last) = (area[axis] - from[axis], area[axis + 2] - from[axis]);
+        let along = to[axis] - from[axis];
+        if along == 0.0 {
+            if first > 0.0 || last < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        let (enters, leaves) = (first / along, last / along);
+        start = start.max(enters.min(leaves));
+        end = end.min(enters.max(leaves));
+    }
+    start <= end
 }
 
 fn overlap(a: &[f64; 4], b: &[f64; 4]) -> bool {
@@ -84,11 +118,16 @@ mod tests {
     use etendue_lab::plot::{AspectRatio, Axis, Label, Mark, Plot};
 
     fn labels(points: &[[f64; 2]]) -> Vec<[f64; 4]> {
+        labels_beside(points, vec![])
+    }
+
+    /// The areas of labels at points, beside a line.
+    fn labels_beside(points: &[[f64; 2]], line: Vec<[f64; 2]>) -> Vec<[f64; 4]> {
         let labels = points.iter().map(|&point| Label {
             point,
             text: "1 min".to_owned(),
         });
-        let series = Series::new("s", Mark::Line, 0, vec![]).labelled(labels.collect());
+        let series = Series::new("s", Mark::Line, 0, line).labelled(labels.collect());
         let plot = Plot {
             title: String::new(),
             reading: String::new(),
@@ -111,6 +150,19 @@ mod tests {
         for (index, a) in areas.iter().enumerate() {
             assert!(areas[..index].iter().all(|b| !overlap(a, b)));
         }
+    }
+
+    #[test]
+    fn labels_avoid_lines() {
+        let rising = vec![[0.0, 0.0], [1.0, 1.0]];
+        let free = labels_beside(&[[0.5, 0.5]], vec![])[0];
+        let beside = labels_beside(&[[0.5, 0.5]], rising.clone())[0];
+        let line = [[0.0, 300.0], [300.0, 0.0]];
+        assert!(meets(&line, &free) && !meets(&line, &beside));
+        // Better across a line than not at all.
+        let crossed = vec![[0.0, 0.4], [1.0, 0.6], [1.0, 0.4], [0.0, 0.6]];
+        assert_eq!(labels_beside(&[[0.5, 0.5]], crossed).len(), 1);
+        assert!(!meets(&[[0.0, 0.0], [0.0, 9.0]], &[1.0, 0.0, 2.0, 9.0]));
     }
 
     #[test]

@@ -80,7 +80,7 @@ pub fn efficiency(findings: &Findings<'_>) -> Table {
     Table {
         title: "Efficiency".to_owned(),
         caption: format!(
-            "1 / (relMSE × seconds) of the longest renders, more is better, and its ratio to that of `{base}`, the first without a bias that was found. relMSE falls as 1 / tᵇ with the slope b: 1 for independent samples, more for low-discrepancy samples, less for a biased variant; a small p of fit rejects the power law. Outliers: the share of relMSE in the worst 0.1 % of the pixels. Time is start + N × sample, both for the whole image."
+            "1 / (relMSE × seconds) of the longest renders, more is better, and its ratio to that of `{base}`, the first without a bias that was found. relMSE falls as 1 / tᵇ with the slope b: 1 for independent samples, more for low-discrepancy samples, less for a biased variant; a small p of fit rejects the power law. Outliers: the share of relMSE in the worst 0.1 % of the pixels. Time is start + N × sample, both for a whole image of the size that was rendered."
         ),
         head: vec![
             words("variant"),

@@ -79,6 +79,28 @@ radius = {radius}
     ))
 }
 
+/// The room with a mirror under a point light, whose reflection in it no camera path finds.
+pub fn with_mirrored_point_light() -> SceneDescription {
+    room(
+        r#"
+[[material]]
+name = "mirror"
+type = "mirror"
+
+[[shape]]
+type = "sphere"
+material = "mirror"
+center = [0.3, 0.5, 0]
+radius = 0.5
+
+[[light]]
+type = "point"
+position = [-0.6, 1.5, 0.2]
+intensity = [2, 2, 2]
+"#,
+    )
+}
+
 /// A floor of albedo 0.5 below an emissive shape; the camera sees one point of the floor.
 pub fn floor_below(lamp: GeometryDescription) -> SceneDescription {
     let mut scene = looking(DVec3::new(0.0, 0.5, 0.8), DVec3::ZERO, diffuse(0.5));

@@ -1,7 +1,7 @@
 //! `auto` renders the image of the integrator that it selects, always selects the same, and selects one that suits the scene.
 
 use crate::common::furnished::{glass, matte, outside, small_light};
-use crate::common::room::room;
+use crate::common::room::{room, with_mirrored_point_light};
 use crate::common::session::session_of;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::NullRenderObserver;
@@ -38,28 +38,6 @@ radius = 0.02
     )
 }
 
-/// A mirror under a point light, whose reflection in it no camera path can sample.
-fn mirrored_point() -> SceneDescription {
-    room(
-        r#"
-[[material]]
-name = "mirror"
-type = "mirror"
-
-[[shape]]
-type = "sphere"
-material = "mirror"
-center = [0, 0.5, 0]
-radius = 0.4
-
-[[light]]
-type = "point"
-position = [0.3, 1.6, 0.2]
-intensity = 1
-"#,
-    )
-}
-
 /// A session of the scene with enough pixels for a pilot.
 fn session(scene: SceneDescription, threads: usize) -> Session {
     let mut scene = scene;
@@ -82,7 +60,7 @@ fn recommended(session: &Session, options: &RenderOptions) -> Recommendation {
 
 #[test]
 fn auto_image_equals_that_of_the_recommended_integrator() {
-    for scene in [matte(), shaded(), mirrored_point()] {
+    for scene in [matte(), shaded(), with_mirrored_point_light()] {
         let session = session(scene, 2);
         let see = |integrator| {
             let rendering = session.render(&options(integrator), &NullRenderObserver);
@@ -121,7 +99,12 @@ fn recommendation_is_the_expected_integrator_for_each_scene() {
         ("a small lamp", small_light(), path, "no other integrator"),
         ("a lamp in a shade", shaded(), bidirectional, "rarely find"),
         // Light paths find what the mirror throws.
-        ("a mirror", mirrored_point(), path, "no other integrator"),
+        (
+            "a mirror",
+            with_mirrored_point_light(),
+            path,
+            "no other integrator",
+        ),
     ] {
         for seed in 0..3 {
             let mut options = options(IntegratorKind::Auto);

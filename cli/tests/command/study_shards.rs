@@ -8,18 +8,7 @@ const STUDY: &str = "study small.toml --size 8x6 --vary sampler=independent,sobo
 #[test]
 fn shards_are_planned_rendered_and_merged_in_one_folder() {
     let folder = SceneFolder::new([("small.toml", SMALL)]);
-    fails(
-        &folder,
-        &format!("{STUDY} --shard 0/2 -o out"),
-        INPUT_OUTPUT,
-        &["plan.json", "--shards"],
-    );
-    fails(
-        &folder,
-        &format!("{STUDY} --merge -o out"),
-        INPUT_OUTPUT,
-        &["plan.json", "--shards"],
-    );
+    shards_need_a_plan(&folder);
     let planned = measured(&folder, &format!("{STUDY} --shards 2 -o out"), |_| false);
     assert!(
         planned.stderr.contains("out/plan.json: 2 shards"),
@@ -28,7 +17,30 @@ fn shards_are_planned_rendered_and_merged_in_one_folder() {
     );
     let written = std::fs::read_dir(folder.path("out")).expect("the folder exists");
     assert_eq!(written.count(), 1);
+    other_requests_are_refused(&folder);
+    shards_merge(&folder);
+    all_variants_are_in_the_table(&folder);
+    damaged_files_are_refused(&folder);
+}
 
+/// Requests for shards before there is a plan.
+fn shards_need_a_plan(folder: &SceneFolder) {
+    fails(
+        folder,
+        &format!("{STUDY} --shard 0/2 -o out"),
+        INPUT_OUTPUT,
+        &["plan.json", "--shards"],
+    );
+    fails(
+        folder,
+        &format!("{STUDY} --merge -o out"),
+        INPUT_OUTPUT,
+        &["plan.json", "--shards"],
+    );
+}
+
+/// Requests that do not fit the plan, and merges of nothing.
+fn other_requests_are_refused(folder: &SceneFolder) {
     for (arguments, code, words) in [
         (
             format!("{STUDY} --shards 2"),
@@ -78,24 +90,27 @@ fn shards_are_planned_rendered_and_merged_in_one_folder() {
             ["no shard", "study"],
         ),
     ] {
-        fails(&folder, &format!("{arguments} -o out"), code, &words);
+        fails(folder, &format!("{arguments} -o out"), code, &words);
     }
+}
 
-    succeed(&folder, &format!("{STUDY} --shard 1/2 -o out"));
+/// One shard, merged by itself on request, then both.
+fn shards_merge(folder: &SceneFolder) {
+    succeed(folder, &format!("{STUDY} --shard 1/2 -o out"));
     fails(
-        &folder,
+        folder,
         &format!("{STUDY} --merge -o out"),
         USAGE,
         &["1 of 2 shards are missing", ": 0; render", "--shard K/2"],
     );
-    let partial = succeed(&folder, &format!("{STUDY} --merge --partial -o out"));
+    let partial = succeed(folder, &format!("{STUDY} --merge --partial -o out"));
     assert!(
         partial.stderr.contains("merged from 1 of 2 shards"),
         "{}",
         partial.stderr
     );
-    succeed(&folder, &format!("{STUDY} --shard 0/2 -o out"));
-    let merged = succeed(&folder, &format!("{STUDY} --merge -o out"));
+    succeed(folder, &format!("{STUDY} --shard 0/2 -o out"));
+    let merged = succeed(folder, &format!("{STUDY} --merge -o out"));
     assert!(!merged.stderr.contains("merged from"), "{}", merged.stderr);
     assert!(
         merged.stdout.contains("Time to an error"),
@@ -105,25 +120,30 @@ fn shards_are_planned_rendered_and_merged_in_one_folder() {
     for name in ["study.md", "study.html", "study.json", "study.csv"] {
         assert!(folder.path(&format!("out/{name}")).exists(), "{name}");
     }
+}
 
-    // Both variants with seeds of their own, in one order.
+/// Both variants have renders with seeds of their own.
+fn all_variants_are_in_the_table(folder: &SceneFolder) {
     let csv = std::fs::read_to_string(folder.path("out/study.csv")).expect("a table");
     for name in ["sobol", "independent"] {
         let start = format!("\"{name}\",");
         let count = csv.lines().filter(|line| line.starts_with(&start)).count();
         assert!(count > 8, "{name}: {csv}");
     }
+}
 
+/// A part that is no image, and a plan that is none.
+fn damaged_files_are_refused(folder: &SceneFolder) {
     std::fs::write(folder.path("out/part-1.exr"), "cut").expect("written");
     fails(
-        &folder,
+        folder,
         &format!("{STUDY} --merge -o out"),
         SCENE,
         &["part-1.exr"],
     );
     std::fs::write(folder.path("out/plan.json"), "{}").expect("written");
     fails(
-        &folder,
+        folder,
         &format!("{STUDY} --merge -o out"),
         SCENE,
         &["plan.json", "not the plan"],

@@ -1,6 +1,6 @@
 //! Tests of whole studies of a small room: detected bias, measured efficiency, the report, and interruption.
 
-use crate::common::room::{LAMP, room};
+use crate::common::room::{LAMP, room, with_mirrored_point_light};
 use etendue::ErrorKind;
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::integrator::kind::IntegratorKind;
@@ -375,24 +375,7 @@ fn short_budget_shrinks_the_image_with_a_warning() {
 /// be called biased.
 #[test]
 fn references_have_the_caustics_of_point_lights() {
-    let description = room(
-        r#"
-[[material]]
-name = "mirror"
-type = "mirror"
-
-[[shape]]
-type = "sphere"
-material = "mirror"
-center = [0.3, 0.5, 0]
-radius = 0.5
-
-[[light]]
-type = "point"
-position = [-0.6, 1.5, 0.2]
-intensity = [2, 2, 2]
-"#,
-    );
+    let description = with_mirrored_point_light();
     let rules = [
         LightPathRule::Auto,
         LightPathRule::Share(LightPathShare::None),

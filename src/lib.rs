@@ -41,6 +41,10 @@
 //! No state is kept for the process but a count of sessions: any number of them may live and render at once, on threads of their
 //! own. Vectors and matrices in the interface are those of glam, as [`mod@vec`] re-exports them; no other dependency shows.
 //!
+//! Measure: lengths in world units, images in radiance.
+//! Range: any input; what is not valid gives an [`Error`].
+//! Source: named in each module. Tested above and in `tests/rendering/session.rs`.
+//!
 //! # Features
 //!
 //! - `embree` (default): the Embree backend, through the system's library. Without it, rays are traced by obvhs, in Rust.

@@ -2,6 +2,10 @@
 //!
 //! An integrator estimates one sample or a wavefront of samples at a time. It does not depend on pixels, passes or
 //! threads.
+//!
+//! Measure: radiance; splats as in `film/splats.rs`.
+//! Range: any scene that needs no effect beyond the kernel's. Estimates that are not finite are returned as they are.
+//! Source: named in each integrator's file. Tested in `tests/rendering/integrators.rs`.
 
 pub mod ambient_occlusion;
 pub mod bidirectional;

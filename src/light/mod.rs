@@ -3,6 +3,10 @@
 //!
 //! The constant environment is not a [`Light`]: no strategy samples it better than BSDF sampling, so that only scattered
 //! rays find it.
+//!
+//! Measure: radiance, of delta lights irradiance; densities per steradian at the receiver.
+//! Range: any receiver; one that cannot be lit gets no sample.
+//! Source: named in each light's file. Tested in `tests/lights/`.
 
 pub mod bounds;
 pub mod caustic_targets;

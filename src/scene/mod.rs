@@ -1,4 +1,8 @@
 //! Scenes: the description ([`description::SceneDescription`]) and the scene prepared for rendering ([`Scene`]).
+//!
+//! Measure: a description is in world units, a prepared scene in normalised units ([`normalisation`]).
+//! Range: descriptions that pass the checks in `check/`; invalid input gives an error with its place.
+//! Source: `docs/scene-format.md` and `docs/architecture.md`. Tested in `tests/loading/`.
 
 mod build_geometry;
 mod bump_map;

@@ -186,9 +186,11 @@ impl Film {
 
     /// The sample count of each pixel, row by row.
     pub fn sample_counts(&self) -> Vec<u64> {
-        let mut counts = vec![0; self.window.pixel_count() as usize];
-        for (index, _, samples) in self.means() {
-            counts[index] = samples;
+        let mut counts = vec![0; self.pixel_count()];
+        for tile in &self.tiles {
+            for (place, pixel) in tile.window.pixels().enumerate() {
+                counts[self.index(pixel)] = tile.count(place);
+            }
         }
         counts
     }
@@ -210,13 +212,19 @@ impl Film {
         self.tiles.iter().all(|tile| tile.samples >= BATCHES)
     }
 
-    /// Splits values of the window's pixels, given row by row, by tile, in the order of the tiles' pixels.
-    pub fn per_tile<T: Copy>(&self, of_pixels: &[T]) -> Vec<Vec<T>> {
-        let of_tile = |tile: &Tile| {
-            let pixels = tile.window.pixels();
-            pixels.map(|pixel| of_pixels[self.index(pixel)]).collect()
-        };
-        self.tiles.iter().map(of_tile).collect()
+    /// The values of the window's pixels, given row by row, in the order of the tiles and their pixels.
+    pub fn in_tile_order<T: Copy>(&self, of_pixels: &[T]) -> Vec<T> {
+        let pixels = self.tiles.iter().flat_map(|tile| tile.window.pixels());
+        pixels.map(|pixel| of_pixels[self.index(pixel)]).collect()
+    }
+
+    /// Splits values in the order of [`in_tile_order`](Self::in_tile_order) by tile.
+    pub fn per_tile<'v, T>(&self, mut in_order: &'v [T]) -> impl Iterator<Item = &'v [T]> {
+        self.tiles.iter().map(move |tile| {
+            let (of_tile, others) = in_order.split_at(tile.window.pixel_count() as usize);
+            in_order = others;
+            of_tile
+        })
     }
 
     /// The number of pixels of the window.

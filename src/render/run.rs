@@ -249,9 +249,9 @@ impl<'a> Run<'a> {
         for (count, first) in counts.iter_mut().zip(allocator.counts(pixels, self.first)) {
             *count = count.saturating_sub(first);
         }
-        let expected = film.per_tile(&counts).into_iter();
-        let mut tiles = film.tiles().iter().zip(expected);
-        tiles.any(|(tile, counts)| tile.counts.as_ref() != Some(&counts))
+        let counts = film.in_tile_order(&counts);
+        let mut tiles = film.tiles().iter().zip(film.per_tile(&counts));
+        tiles.any(|(tile, counts)| tile.counts.as_deref() != Some(counts))
     }
 
     /// Takes the samples of one pass: `samples` in every pixel, if they are distributed evenly.
@@ -273,19 +273,24 @@ impl<'a> Run<'a> {
             let first: u64 = planted!("passes-repeat-samples", 0, tile.samples);
             SampleRange::Same(self.first + first.min(end)..self.first + end)
         };
-        let sample_range: Vec<SampleRange> = match allocate {
+        let each = match allocate {
             SampleAllocation::UpTo(counts) => {
-                let firsts = film.per_tile(firsts).into_iter();
-                let counts = film.per_tile(&counts).into_iter();
-                let of_tile = |(firsts, counts)| SampleRange::Each { firsts, counts };
-                firsts.zip(counts).map(of_tile).collect()
+                Some([firsts, &counts].map(|of_pixels| film.in_tile_order(of_pixels)))
             }
-            _ => film.tiles().iter().map(same).collect(),
+            _ => None,
+        };
+        let sample_range: Vec<SampleRange<'_>> = match &each {
+            Some([firsts, counts]) => {
+                let of_tile = |(firsts, counts)| SampleRange::Each { firsts, counts };
+                let of_tiles = film.per_tile(firsts).zip(film.per_tile(counts));
+                of_tiles.map(of_tile).collect()
+            }
+            None => film.tiles().iter().map(same).collect(),
         };
         let sampler = dispatch::sampler(self.settings, Batches::new(BATCHES));
         let filter_sampling = film.filter_sampling();
         let (all_tiles, splats) = film.tiles_and_splats();
-        let mut tiles: Vec<(&mut Tile, SampleRange)> =
+        let mut tiles: Vec<(&mut Tile, SampleRange<'_>)> =
             all_tiles.iter_mut().zip(sample_range).collect();
         // The longest first, so that all threads finish at about the same time. Equal ones stay in their order.
         tiles.sort_by_key(|(tile, sample_range)| Reverse(sample_range.sample_count(tile)));

@@ -26,20 +26,20 @@ const MAX_WEIGHT: f32 = 16.0;
 
 /// The indices of the samples to be taken in a tile's pixels.
 #[derive(Debug, Clone)]
-pub enum SampleRange {
+pub enum SampleRange<'a> {
     /// The range of every pixel.
     Same(Range<u64>),
     /// The index of each pixel's first sample, and its target count in the film. The range begins after the samples
     /// that it has.
     Each {
         /// The index of the first sample.
-        firsts: Vec<u64>,
+        firsts: &'a [u64],
         /// The count to be reached.
-        counts: Vec<u64>,
+        counts: &'a [u64],
     },
 }
 
-impl SampleRange {
+impl SampleRange<'_> {
     /// The number of samples for all pixels of a tile together.
     pub fn sample_count(&self, tile: &Tile) -> u64 {
         match self {
@@ -75,7 +75,7 @@ impl SampleSource<'_> {
 pub struct PassJob<'a> {
     pub source: SampleSource<'a>,
     /// The tiles, in the order in which they are begun, with their samples.
-    pub tiles: Vec<(&'a mut Tile, SampleRange)>,
+    pub tiles: Vec<(&'a mut Tile, SampleRange<'a>)>,
     /// Whether to begin no further tile.
     pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
     /// Called after each tile, with the number of its samples.
@@ -106,7 +106,7 @@ impl IntegratorJob for PassJob<'_> {
 pub struct ObservedTileJob<'a, O: ?Sized> {
     pub source: SampleSource<'a>,
     pub tile: &'a mut Tile,
-    pub sample_range: SampleRange,
+    pub sample_range: SampleRange<'a>,
     pub observer: &'a mut O,
 }
 
@@ -156,7 +156,7 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
     fn tile<O: PathObserver + ?Sized>(
         &mut self,
         tile: &mut Tile,
-        sample_range: SampleRange,
+        sample_range: SampleRange<'_>,
         observer: &mut O,
     ) -> Tally {
         let sources = tile.sources();
@@ -173,7 +173,7 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             SampleRange::Same(range) => tile.samples += range.end - range.start,
             SampleRange::Each { counts, .. } => {
                 tile.samples = counts.iter().copied().min().unwrap_or(tile.samples);
-                tile.counts = Some(counts);
+                counts.clone_into(tile.counts.get_or_insert_default());
             }
         }
         std::mem::take(&mut self.tally)
@@ -185,7 +185,7 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         tile: &mut Tile,
         sources: Window,
         block: PixelBlock,
-        sample_range: &SampleRange,
+        sample_range: &SampleRange<'_>,
         observer: &mut O,
     ) {
         let in_tile = block.lanes_in(sources);

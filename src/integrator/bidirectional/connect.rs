@@ -32,7 +32,7 @@ use crate::scene::Scene;
 
 /// A light subpath, with its vertex on the light.
 #[derive(Debug)]
-pub struct LightPath<'a, E: Effects> {
+pub struct LightSubpath<'a, E: Effects> {
     /// The vertex on the light.
     pub source: LightVertex,
     /// The density of the rays that leave the light there.
@@ -74,9 +74,9 @@ pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
     /// The density of a sample's place on the film, per pixel of area, where each sample has one light subpath.
     pub per_pixel: f64,
     /// The light subpath, if there is one.
-    pub light: Option<LightPath<'a, E>>,
+    pub light: Option<LightSubpath<'a, E>>,
     /// The camera subpath.
-    pub camera_path: &'w Subpath<'a, E>,
+    pub camera_subpath: &'w Subpath<'a, E>,
     pub rays: &'w mut RayCounts,
     pub observer: &'w mut O,
     pub whole: WholePath,
@@ -85,9 +85,9 @@ pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
 impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
     /// Computes all contributions of paths with at least one edge of the camera subpath, one strategy after the other.
     pub fn pixel_contributions(&mut self, mut take: impl FnMut(Contribution)) {
-        for j in 0..self.camera_path.vertices.len() {
+        for j in 0..self.camera_subpath.vertices.len() {
             self.emission_s0(j).into_iter().for_each(&mut take);
-            if !self.camera_path.vertices[j].is_connectible() {
+            if !self.camera_subpath.vertices[j].is_connectible() {
                 continue;
             }
             if self.allows(j + 1) {
@@ -129,12 +129,12 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         if t == 1 {
             return [self.splat_t1(s - 2, &viewpoint, reaches), None];
         }
-        let last = self.camera_path.vertices.last();
-        let is_there = self.camera_path.vertices.len() + 1 == t;
+        let last = self.camera_subpath.vertices.last();
+        let is_there = self.camera_subpath.vertices.len() + 1 == t;
         let is_connectible = is_there && last.is_some_and(SubpathVertex::is_connectible);
         match s {
             0 if is_there => [self.emission_s0(t - 2), None],
-            0 if self.camera_path.vertices.len() + 2 == t => self.environment_s0(),
+            0 if self.camera_subpath.vertices.len() + 2 == t => self.environment_s0(),
             1 if is_connectible => [self.nee_s1(t - 2), None],
             2.. if is_connectible => [self.connection(s - 2, t - 2), None],
             _ => [None; 2],
@@ -155,8 +155,8 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
 
     /// The contribution of s = 1: next event estimation at the surface `j` of the camera subpath.
     fn nee_s1(&mut self, j: usize) -> Option<Contribution> {
-        let (scene, camera_path) = (self.scene, self.camera_path);
-        let vertex = &camera_path.vertices[j];
+        let (scene, camera_subpath) = (self.scene, self.camera_subpath);
+        let vertex = &camera_subpath.vertices[j];
         let [u, v, u_choice, v_choice] = vertex.u;
         let (lights, receiver) = (&scene.lights, vertex.receiver());
         let u_choice = [u_choice, v_choice];
@@ -181,11 +181,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             Some(pdf) => source.density_from(from, pdf),
             None => choice.1.0.into(),
         };
-        let way = match &light.end {
-            ShadowRayEnd::Surface(point, _) => from - point.p,
-            ShadowRayEnd::Point(point) => from - *point,
-            ShadowRayEnd::Infinity => -light.wi,
-        };
+        let way = source.way_to(from, -light.wi);
         let pdfs = ConnectionPdfs {
             by_camera: [source.density_from(from, at.pdf_to_light), 0.0],
             by_light: [
@@ -194,18 +190,22 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             ],
         };
         let strategy = Strategy { s: 1, t: j + 2 };
-        let weight = self.weight(strategy, &source, &pdfs);
         let over_pdf = light.pdf.map_or(1.0, |pdf| 1.0 / pdf.0);
-        let unweighted = vertex.beta * at.to_camera * light.radiance * over_pdf;
+        let contribution = Contribution {
+            strategy,
+            film: None,
+            unweighted: vertex.beta * at.to_camera * light.radiance * over_pdf,
+            weight: self.weight(strategy, &source, &pdfs),
+        };
         let ray = vertex.at.ray_to(&light.end, light.wi, at.is_transmitted);
-        self.visible(strategy, &ray, unweighted, weight)
+        self.visible(&ray, contribution)
     }
 
     /// The contribution of s > 1, t > 1: the surface `i` of the light subpath is connected to the surface `j` of the
     /// camera subpath.
     pub fn connection(&mut self, i: usize, j: usize) -> Option<Contribution> {
         let light = self.light.as_ref()?;
-        let (near, far) = (&self.camera_path.vertices[j], &light.subpath.vertices[i]);
+        let (near, far) = (&self.camera_subpath.vertices[j], &light.subpath.vertices[i]);
         if !far.is_connectible() {
             return None;
         }
@@ -229,8 +229,13 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         let end = ShadowRayEnd::Surface(far.at.surface_point(), [0.0; 2]);
         let ray = near.at.ray_to(&end, w, at_near.is_transmitted);
         let (source, strategy) = (light.source, Strategy { s: i + 2, t: j + 2 });
-        let weight = self.weight(strategy, &source, &pdfs);
-        self.visible(strategy, &ray, unweighted, weight)
+        let contribution = Contribution {
+            strategy,
+            film: None,
+            unweighted,
+            weight: self.weight(strategy, &source, &pdfs),
+        };
+        self.visible(&ray, contribution)
     }
 
     /// The contribution of t = 1: the surface `i` of the light subpath is connected to a point of the lens.
@@ -269,14 +274,13 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         let end = ShadowRayEnd::Point(lens.p);
         let ray = vertex.at.ray_to(&end, w, at.is_transmitted);
         let (source, strategy) = (light.source, Strategy { s: i + 2, t: 1 });
-        let weight = self.weight(strategy, &source, &pdfs);
-        let visible = self.trace_shadow_ray(&ray);
-        (visible > 0.0).then(|| Contribution {
+        let contribution = Contribution {
             strategy,
             film: Some(film.position),
-            unweighted: unweighted * visible,
-            weight,
-        })
+            unweighted,
+            weight: self.weight(strategy, &source, &pdfs),
+        };
+        self.visible(&ray, contribution)
     }
 
     /// The MIS weight of a strategy against all others that find its path, from the densities of both subpaths as far
@@ -292,7 +296,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         whole.clear(vertices);
         // Without a vertex of the light subpath, the last surface of the camera subpath is the source.
         let surfaces = if s == 0 { t - 2 } else { t - 1 };
-        for (j, vertex) in self.camera_path.vertices[..surfaces].iter().enumerate() {
+        for (j, vertex) in self.camera_subpath.vertices[..surfaces].iter().enumerate() {
             let place = vertices - 2 - j;
             whole.densities[place] = vertex.densities;
             whole.is_delta[place] = vertex.is_delta;
@@ -308,29 +312,20 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         whole.weight(s) as f32
     }
 
-    /// Traces the shadow ray of a connection, and returns the visible part of its contribution to the pixel.
-    fn visible(
-        &mut self,
-        strategy: Strategy,
-        ray: &Ray,
-        unweighted: Rgb,
-        weight: f32,
-    ) -> Option<Contribution> {
-        let visible = self.trace_shadow_ray(ray);
-        self.observer.light(unweighted * weight, weight, visible);
-        (visible > 0.0).then(|| Contribution {
-            strategy,
-            film: None,
-            unweighted: unweighted * visible,
-            weight,
-        })
-    }
-
-    /// Traces a shadow ray, and returns the share of light that is not occluded.
-    fn trace_shadow_ray(&mut self, ray: &Ray) -> f32 {
+    /// Traces the shadow ray of a connection, and returns the visible part of its contribution. Splats are not observed:
+    /// they are not light of the sample's pixel.
+    fn visible(&mut self, ray: &Ray, contribution: Contribution) -> Option<Contribution> {
         self.rays.shadow += 1;
         self.observer.traced(RayKind::Shadow, ray, self.time);
-        self.scene.visibility::<E>(ray, self.time)
+        let visible = self.scene.visibility::<E>(ray, self.time);
+        if contribution.film.is_none() {
+            let (value, weight) = (contribution.value(), contribution.weight);
+            self.observer.light(value, weight, visible);
+        }
+        (visible > 0.0).then(|| Contribution {
+            unweighted: contribution.unweighted * visible,
+            ..contribution
+        })
     }
 
     /// The density with which a light subpath continues from surface `j` of the camera subpath to the surface before
@@ -339,12 +334,12 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         if j == 0 {
             return 0.0;
         }
-        let from = self.camera_path.vertices[j].at.p;
-        self.camera_path.vertices[j - 1].density_from(from, pdf_to_camera)
+        let from = self.camera_subpath.vertices[j].at.p;
+        self.camera_subpath.vertices[j - 1].density_from(from, pdf_to_camera)
     }
 }
 
-impl<E: Effects> LightPath<'_, E> {
+impl<E: Effects> LightSubpath<'_, E> {
     /// The density with which a camera subpath continues from surface `i` to the vertex before `i`.
     fn density_before(&self, i: usize, pdf_to_light: PdfSolidAngle) -> f64 {
         let from = self.subpath.vertices[i].at.p;

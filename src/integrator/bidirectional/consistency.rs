@@ -6,7 +6,7 @@
 //! Range: the subpaths of random samples through scenes of the repository.
 //! Source: none needed. Tests only.
 
-use super::connect::{Connector, LightPath};
+use super::connect::{Connector, LightSubpath};
 use super::vertex::{Densities, RayDensity, SubpathVertex};
 use super::walk::{Subpath, SubpathKind, SubpathSampler, SubpathStart};
 use super::weights::WholePath;
@@ -15,7 +15,7 @@ use crate::accel::{AccelOptions, Backend, Precision};
 use crate::effects::kernel::types::Everything;
 use crate::integrator::RayCounts;
 use crate::integrator::observer::NullPathObserver;
-use crate::light::types::{LightChoice, ShadowRayEnd};
+use crate::light::types::LightChoice;
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
@@ -59,7 +59,7 @@ fn both_ways(scene: &Scene, vertex: &V<'_>, to_camera: Vec3, to_light: Vec3) -> 
 /// the connected vertices, whatever lobe their subpaths sampled next.
 fn anew(
     scene: &Scene,
-    light: &LightPath<'_, Everything>,
+    light: &LightSubpath<'_, Everything>,
     surfaces: &[&V<'_>],
     is_delta: &[bool],
     camera: (Vec3, RayDensity),
@@ -71,12 +71,9 @@ fn anew(
     whole.direct = light.source.direct;
     whole.is_delta.copy_from_slice(is_delta);
     let p = |k: usize| surfaces[k].at.p;
-    let from_source = |p: Vec3| match &light.source.end {
-        ShadowRayEnd::Surface(point, _) => p - point.p,
-        ShadowRayEnd::Point(point) => p - *point,
-        // The light subpath hit its first surface along this direction.
-        ShadowRayEnd::Infinity => -light.subpath.vertices[0].at.wo,
-    };
+    // The light subpath hit its first surface along this direction.
+    let direction = -light.subpath.vertices[0].at.wo;
+    let from_source = |p: Vec3| light.source.way_to(p, direction);
     whole.densities[1].by_light = light
         .ray_density
         .density_at(from_source(p(0)), surfaces[0].at.ng);
@@ -138,13 +135,13 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             rays: &mut rays,
             observer: &mut observer,
         };
-        let Some(light) = integrator.light_path::<Everything, _, _>(
+        let Some(light) = integrator.light_subpath::<Everything, _, _>(
             &mut subpath_sampler,
             integrator.max_bounces.map(u64::from),
         ) else {
             continue;
         };
-        let camera_path: Subpath<'_, Everything> = subpath_sampler.sample(SubpathStart {
+        let camera_subpath: Subpath<'_, Everything> = subpath_sampler.sample(SubpathStart {
             kind: SubpathKind::Camera,
             ray,
             origin: ray.origin,
@@ -161,14 +158,14 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             light_choice: LightChoice::Contribution,
             per_pixel: 0.01,
             light: Some(light),
-            camera_path: &camera_path,
+            camera_subpath: &camera_subpath,
             rays: &mut rays,
             observer: &mut observer,
             whole: WholePath::default(),
         };
         for i in 0..surfaces {
-            for j in 0..camera_path.vertices.len() {
-                let is_connectible = camera_path.vertices[j].is_connectible();
+            for j in 0..camera_subpath.vertices.len() {
+                let is_connectible = camera_subpath.vertices[j].is_connectible();
                 if !is_connectible || connector.connection(i, j).is_none() {
                     continue;
                 }
@@ -176,7 +173,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
                 let light = connector.light.as_ref().expect("it was put there");
                 let of_light = light.subpath.vertices[..=i].iter();
                 let all: Vec<&V<'_>> = of_light
-                    .chain(camera_path.vertices[..=j].iter().rev())
+                    .chain(camera_subpath.vertices[..=j].iter().rev())
                     .collect();
                 let fresh = anew(scene, light, &all, &known.is_delta, camera);
                 count += 1;

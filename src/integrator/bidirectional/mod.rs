@@ -4,7 +4,7 @@
 //! light that a lamp behind glass throws onto a wall, camera subpaths at what is seen in a mirror. The estimate of a
 //! pixel is
 //!
-//!   sum_{t > 1, s} w_{s,t} C_{s,t} + 1/N sum_{light paths} sum_s h w_{s,1} C_{s,1},
+//!   sum_{t > 1, s} w_{s,t} C_{s,t} + 1/N sum_{light subpaths} sum_s h w_{s,1} C_{s,1},
 //!
 //! where the second sum is over the light subpaths, one for each sample of every pixel, N in all, that are connected to
 //! the lens and fall where the pixel's filter h covers the film. The weights w, by the power heuristic, sum to one for
@@ -36,7 +36,7 @@ use crate::math::vec::Vec2;
 use crate::sampler::{Decision, Sampler};
 use crate::scene::Scene;
 pub use connect::Contribution;
-use connect::{Connector, LightPath};
+use connect::{Connector, LightSubpath};
 use vertex::{LightVertex, RayDensity};
 use walk::{Subpath, SubpathKind, SubpathSampler, SubpathStart};
 use weights::WholePath;
@@ -117,12 +117,18 @@ impl Bidirectional {
     ) {
         let mut subpath_sampler = self.subpath_sampler(scene, camera_ray, sampler, rays, observer);
         let of_light = self.max_bounces.map(u64::from);
-        let light = self.light_path::<E, S, O>(&mut subpath_sampler, of_light);
+        let light = self.light_subpath::<E, S, O>(&mut subpath_sampler, of_light);
         let of_camera = self.max_bounces.map(|most| u64::from(most) + 1);
-        let camera_path =
+        let camera_subpath =
             self.camera_subpath::<E, S, O>(&mut subpath_sampler, camera_ray, found, of_camera);
-        let mut connector =
-            self.connector(scene, camera_ray.time, light, &camera_path, rays, observer);
+        let mut connector = self.connector(
+            scene,
+            camera_ray.time,
+            light,
+            &camera_subpath,
+            rays,
+            observer,
+        );
         let viewpoint = |u| scene.camera.viewpoint::<E>(u, camera_ray.time);
         connector.film_contributions(viewpoint, reaches, &mut take);
         connector.pixel_contributions(take);
@@ -145,7 +151,7 @@ impl Bidirectional {
         let mut subpath_sampler = self.subpath_sampler(scene, camera_ray, sampler, rays, observer);
         let mut light = None;
         if s > 1 {
-            light = self.light_path::<E, S, _>(&mut subpath_sampler, Some(s as u64 - 1));
+            light = self.light_subpath::<E, S, _>(&mut subpath_sampler, Some(s as u64 - 1));
             if light
                 .as_ref()
                 .is_none_or(|it| it.subpath.vertices.len() + 1 < s)
@@ -153,17 +159,17 @@ impl Bidirectional {
                 return [None; 2];
             }
         }
-        let mut camera_path = Subpath::nowhere();
+        let mut camera_subpath = Subpath::nowhere();
         if t > 1 {
             let found = scene.accel.intersect(&ray, time, None);
-            camera_path = self.camera_subpath::<E, S, _>(
+            camera_subpath = self.camera_subpath::<E, S, _>(
                 &mut subpath_sampler,
                 camera_ray,
                 found,
                 Some(t as u64 - 1),
             );
         }
-        let mut connector = self.connector(scene, time, light, &camera_path, rays, observer);
+        let mut connector = self.connector(scene, time, light, &camera_subpath, rays, observer);
         let viewpoint = |u| scene.camera.viewpoint::<E>(u, time);
         connector.by_strategy(strategy, viewpoint, reaches)
     }
@@ -190,8 +196,8 @@ impl Bidirectional {
         &self,
         scene: &'a Scene,
         time: f32,
-        light: Option<LightPath<'a, E>>,
-        camera_path: &'w Subpath<'a, E>,
+        light: Option<LightSubpath<'a, E>>,
+        camera_subpath: &'w Subpath<'a, E>,
         rays: &'w mut RayCounts,
         observer: &'w mut O,
     ) -> Connector<'a, 'w, E, O> {
@@ -202,7 +208,7 @@ impl Bidirectional {
             light_choice: self.light_choice,
             per_pixel: 1.0 / self.film_area,
             light,
-            camera_path,
+            camera_subpath,
             rays,
             observer,
             whole: WholePath::default(),
@@ -237,11 +243,11 @@ impl Bidirectional {
     }
 
     /// Samples a light subpath of at most `most` surfaces; `None` where no light emits, or no surface is hit.
-    fn light_path<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn light_subpath<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         subpath_sampler: &mut SubpathSampler<'a, '_, S, O>,
         most: Option<u64>,
-    ) -> Option<LightPath<'a, E>> {
+    ) -> Option<LightSubpath<'a, E>> {
         if most == Some(0) {
             return None;
         }
@@ -276,7 +282,7 @@ impl Bidirectional {
             true => source.density_from(receiver.p, PdfSolidAngle(pdf)),
             false => f64::from(pdf),
         };
-        Some(LightPath {
+        Some(LightSubpath {
             source,
             #[cfg(test)]
             ray_density,

@@ -247,6 +247,16 @@ impl LightVertex {
         (source, rays)
     }
 
+    /// The way from the source to a point: from beyond the scene the direction of the light, whose unit vector is
+    /// `direction`.
+    pub fn way_to(&self, to: Vec3, direction: Vec3) -> Vec3 {
+        match &self.end {
+            ShadowRayEnd::Surface(point, _) => to - point.p,
+            ShadowRayEnd::Point(point) => to - *point,
+            ShadowRayEnd::Infinity => direction,
+        }
+    }
+
     /// The density of hitting the source with the density `pdf` of directions at `from`.
     pub fn density_from(&self, from: Vec3, pdf: PdfSolidAngle) -> f64 {
         match &self.end {

@@ -28,6 +28,8 @@ pub struct AmbientOcclusion {
 }
 
 impl Integrator for AmbientOcclusion {
+    type Scratch<'a, E: Effects> = ();
+
     fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
@@ -35,6 +37,7 @@ impl Integrator for AmbientOcclusion {
         camera_ray: &CameraRay,
         hit: Option<Hit>,
         rays: &mut RayCounts,
+        _scratch: &mut (),
         observer: &mut O,
     ) -> Rgb {
         let CameraRay { ray, time } = *camera_ray;

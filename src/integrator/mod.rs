@@ -30,7 +30,6 @@ use crate::sampler::Sampler;
 use crate::scene::Scene;
 use light_paths::{LightPathSplats, LightPaths};
 use observer::PathObserver;
-use path::PathScratch;
 use reuse::PathReuse;
 pub use roulette::Roulette;
 use serde::{Deserialize, Serialize};
@@ -146,14 +145,17 @@ pub trait Integrator: Copy + Send + Sync {
     /// Whether the integrator estimates a wavefront faster than one sample after the other.
     const IS_WAVEFRONT: bool = false;
 
+    /// Memory that is kept from sample to sample, for a kernel and a scene. No estimate depends on what others left in it.
+    type Scratch<'a, E: Effects>: Default;
+
     /// Estimates the radiance of several samples. Each value is exactly the one that the sample would have by itself,
     /// unless pixels share paths ([`Self::reuse`]). There is a sampler for each lane, in order.
-    fn radiances<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn radiances<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        scene: &Scene,
+        scene: &'a Scene,
         samplers: &mut [S],
         samples: &mut [SampleLanes],
-        _scratch: &mut PathScratch<E>,
+        scratch: &mut Self::Scratch<'a, E>,
         observer: &mut O,
     ) {
         for (samplers, samples) in samplers.chunks_mut(LANES).zip(samples) {
@@ -167,6 +169,7 @@ pub trait Integrator: Copy + Send + Sync {
                     &camera_ray,
                     found,
                     &mut rays,
+                    scratch,
                     observer,
                 );
                 samples.set_estimate(lane, radiance, rays.closest as u32, rays.shadow as u32);
@@ -176,13 +179,18 @@ pub trait Integrator: Copy + Send + Sync {
 
     /// Returns one estimate of the radiance along a camera ray, given the closest hit on it: camera rays are traced in
     /// packets.
-    fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a sample, and all that it reports to"
+    )]
+    fn radiance<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        scene: &Scene,
+        scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
         found: Option<Hit>,
         rays: &mut RayCounts,
+        scratch: &mut Self::Scratch<'a, E>,
         observer: &mut O,
     ) -> Rgb;
 
@@ -193,17 +201,18 @@ pub trait Integrator: Copy + Send + Sync {
         reason = "a sample, and all that it reports to"
     )]
     #[inline]
-    fn radiance_and_splats<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn radiance_and_splats<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        scene: &Scene,
+        scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
         found: Option<Hit>,
         rays: &mut RayCounts,
+        scratch: &mut Self::Scratch<'a, E>,
         observer: &mut O,
         _splats: &mut SplatList<'_>,
     ) -> Rgb {
-        self.radiance::<E, S, O>(scene, sampler, camera_ray, found, rays, observer)
+        self.radiance::<E, S, O>(scene, sampler, camera_ray, found, rays, scratch, observer)
     }
 
     /// The number of pixels that share their paths; above one, the samples of a packet have to be estimated together.
@@ -220,12 +229,12 @@ pub trait Integrator: Copy + Send + Sync {
 
     /// Traces a light path for each active lane of the samples, at its time, and stores the counts of their rays. There is a
     /// sampler for each lane, in order. Not called for an integrator without light paths.
-    fn trace_light_paths<E: Effects, S: Sampler>(
+    fn trace_light_paths<'a, E: Effects, S: Sampler>(
         &self,
-        _scene: &Scene,
+        _scene: &'a Scene,
         _samplers: &mut [S],
         _samples: &mut [SampleLanes],
-        _scratch: &mut PathScratch<E>,
+        _scratch: &mut Self::Scratch<'a, E>,
         _splats: &mut LightPathSplats<'_>,
     ) {
     }

@@ -133,7 +133,7 @@ impl LookupPass<'_> {
         &self,
         position: [u32; 2],
         sampler: &AnySampler,
-        (wavefront, scratch): &mut (SampleWavefront<E>, PathScratch<E>),
+        (wavefront, scratch): &mut (SampleWavefront, PathScratch<E>),
     ) -> Option<LookupResult> {
         let lookup = CacheLookup {
             cache: self.cache,
@@ -153,7 +153,7 @@ impl LookupPass<'_> {
         requested.set(lane, true);
         wavefront.clear();
         let index = PacketIndex { block, sample: 0 };
-        wavefront.add(&source, index, requested, &mut NullPathObserver);
+        wavefront.add::<E, _>(&source, index, requested, &mut NullPathObserver);
         wavefront.trace(self.scene);
         let (camera_ray, hit) = wavefront.samples(0).camera_ray(lane);
         let sampler = wavefront.sampler(0, lane);
@@ -169,7 +169,7 @@ impl KernelJob for &LookupPass<'_> {
     fn run<E: Effects>(self) -> Self::Output {
         let sampler = sampler(self.settings, Batches::new(BATCHES));
         let positions = self.positions.par_iter();
-        let memory = || (SampleWavefront::new(), PathScratch::default());
+        let memory = || (SampleWavefront::default(), PathScratch::default());
         positions
             .map_init(memory, |memory, &position| {
                 self.pixel::<E>(position, &sampler, memory)

@@ -137,7 +137,7 @@ pub fn first_hits(
     let blocks: Vec<PixelBlock> = PixelBlock::covering(window, 1).collect();
     let of_blocks: Vec<Lanes<FirstHit>> = blocks
         .par_iter()
-        .map_init(SampleWavefront::new, |wavefront, &block| {
+        .map_init(SampleWavefront::default, |wavefront, &block| {
             job.block(block, wavefront)
         })
         .collect();
@@ -159,11 +159,7 @@ struct FirstHitJob<'a> {
 }
 
 impl FirstHitJob<'_> {
-    fn block(
-        &self,
-        block: PixelBlock,
-        wavefront: &mut SampleWavefront<Everything>,
-    ) -> Lanes<FirstHit> {
+    fn block(&self, block: PixelBlock, wavefront: &mut SampleWavefront) -> Lanes<FirstHit> {
         let source = CameraRaySource {
             scene: self.scene,
             filter: self.filter,
@@ -175,7 +171,7 @@ impl FirstHitJob<'_> {
         for sample in 0..self.spp {
             wavefront.clear();
             let index = PacketIndex { block, sample };
-            wavefront.add(&source, index, lanes, &mut NullPathObserver);
+            wavefront.add::<Everything, _>(&source, index, lanes, &mut NullPathObserver);
             wavefront.trace(self.scene);
             for lane in lanes.each() {
                 let (CameraRay { ray, time }, hit) = wavefront.samples(0).camera_ray(lane);

@@ -9,7 +9,7 @@
 
 use super::dispatch;
 use super::pixel_block::PixelBlock;
-use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
+use super::sample_wavefront::{CameraRaySource, Estimator, PacketIndex, SampleWavefront};
 use super::settings::{PathReuseRule, RenderSettings};
 use super::strategies;
 use super::{RenderInput, Threads};
@@ -106,14 +106,14 @@ impl KernelJob for TileJob<'_> {
 
     fn run<E: Effects>(self) {
         let RenderInput { scene, filter, .. } = self.input;
-        let integrator = self.integrator;
         let source = CameraRaySource {
             scene,
             filter,
             filter_sampling: FilterSampling::Importance,
             sampler: self.sampler,
         };
-        let mut wavefront = SampleWavefront::<E>::new();
+        let mut estimator = Estimator::<E, _>::new(scene, self.integrator);
+        let mut wavefront = SampleWavefront::default();
         let mut light_path_splats = LightPathSplats {
             reaches: &|film| Splats::covers(self.image, filter, film),
             with_gains: false,
@@ -125,12 +125,12 @@ impl KernelJob for TileJob<'_> {
                 wavefront.clear();
                 let index = PacketIndex { block, sample };
                 let mut found = Found::default();
-                wavefront.add(&source, index, lanes, &mut found);
+                wavefront.add::<E, _>(&source, index, lanes, &mut found);
                 wavefront.trace(scene);
                 for lane in lanes.each() {
                     found = Found::default();
                     let splats = &mut SplatList::none();
-                    wavefront.estimate_one(0, lane, scene, integrator, &mut found, splats);
+                    wavefront.estimate_one(0, lane, &mut estimator, &mut found, splats);
                     let weight = wavefront.weight(0, lane);
                     for (strategy, value) in [
                         (PathStrategy::Scattering, found.by_scattering),
@@ -140,7 +140,7 @@ impl KernelJob for TileJob<'_> {
                     }
                 }
                 let found = &mut light_path_splats;
-                wavefront.trace_light_paths(scene, integrator, self.tile, found);
+                wavefront.trace_light_paths(&mut estimator, self.tile, found);
                 let splats = &self.splats[PathStrategy::LightPaths as usize];
                 for it in found.splats.drain(..).map(|it| it.splat) {
                     if it.value.is_finite() {

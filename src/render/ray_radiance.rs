@@ -10,7 +10,7 @@ use crate::effects::Effects;
 use crate::film::batches::BATCHES;
 use crate::film::pixel::PixelSums;
 use crate::integrator::observer::NullPathObserver;
-use crate::integrator::path::{PathScratch, WAVEFRONT_SIZE};
+use crate::integrator::path::WAVEFRONT_SIZE;
 use crate::integrator::{CameraRay, Integrator, SampleLanes};
 use crate::math::lanes::{ActiveLanes, LANES};
 use crate::math::rgb::Rgb;
@@ -59,7 +59,7 @@ impl IntegratorJob for RayRadianceJob<'_> {
 
     fn run<E: Effects, I: Integrator>(self, integrator: I) -> Vec<RayRadiance> {
         let rays = self.rays.par_iter().enumerate();
-        rays.map_init(RayScratch::<E>::default, |scratch, (index, ray)| {
+        rays.map_init(RayScratch::<E, I>::default, |scratch, (index, ray)| {
             self.one(index as u32, ray, integrator, scratch)
         })
         .collect()
@@ -67,29 +67,29 @@ impl IntegratorJob for RayRadianceJob<'_> {
 }
 
 /// The memory of a thread, which it keeps from ray to ray.
-struct RayScratch<E: Effects> {
+struct RayScratch<'a, E: Effects, I: Integrator> {
     samplers: Vec<AnySampler>,
     samples: Vec<SampleLanes>,
-    paths: PathScratch<E>,
+    of_integrator: I::Scratch<'a, E>,
 }
 
-impl<E: Effects> Default for RayScratch<E> {
+impl<E: Effects, I: Integrator> Default for RayScratch<'_, E, I> {
     fn default() -> Self {
         Self {
             samplers: Vec::with_capacity(WAVEFRONT_SIZE),
             samples: vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES],
-            paths: PathScratch::default(),
+            of_integrator: I::Scratch::default(),
         }
     }
 }
 
-impl RayRadianceJob<'_> {
+impl<'a> RayRadianceJob<'a> {
     fn one<E: Effects, I: Integrator>(
         &self,
         place: u32,
         ray: &CameraRay,
         integrator: I,
-        scratch: &mut RayScratch<E>,
+        scratch: &mut RayScratch<'a, E, I>,
     ) -> RayRadiance {
         let hit = self.scene.accel.intersect(&ray.ray, ray.time, None);
         let mut sums = PixelSums::default();
@@ -97,7 +97,7 @@ impl RayRadianceJob<'_> {
         let RayScratch {
             samplers,
             samples,
-            paths,
+            of_integrator,
         } = scratch;
         for first in (0..self.spp).step_by(WAVEFRONT_SIZE) {
             let indices = first..self.spp.min(first + WAVEFRONT_SIZE as u64);
@@ -116,7 +116,7 @@ impl RayRadianceJob<'_> {
                 self.scene,
                 samplers,
                 samples,
-                paths,
+                of_integrator,
                 &mut NullPathObserver,
             );
             for (path, index) in indices.enumerate() {

@@ -16,7 +16,7 @@ use crate::film::filter::{Filter, FilterSampling};
 use crate::film::splats::SplatList;
 use crate::integrator::light_paths::{LightPathShare, LightPathSplats};
 use crate::integrator::observer::{PathObserver, RayKind};
-use crate::integrator::path::{PathScratch, WAVEFRONT_SIZE};
+use crate::integrator::path::WAVEFRONT_SIZE;
 use crate::integrator::{Integrator, RayCounts, SampleLanes};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::math::rgb::Rgb;
@@ -48,9 +48,27 @@ pub struct PacketIndex {
     pub sample: u64,
 }
 
+/// An integrator that estimates samples of a scene, with its scratch.
+pub struct Estimator<'a, E: Effects, I: Integrator> {
+    pub scene: &'a Scene,
+    pub integrator: I,
+    scratch: I::Scratch<'a, E>,
+}
+
+impl<'a, E: Effects, I: Integrator> Estimator<'a, E, I> {
+    /// Creates an estimator with an empty scratch.
+    pub fn new(scene: &'a Scene, integrator: I) -> Self {
+        Self {
+            scene,
+            integrator,
+            scratch: I::Scratch::default(),
+        }
+    }
+}
+
 /// The samples of a wavefront, packet by packet.
-#[derive(Debug)]
-pub struct SampleWavefront<E: Effects> {
+#[derive(Debug, Default)]
+pub struct SampleWavefront {
     indices: Vec<PacketIndex>,
     /// The samples; their active lanes are those to be estimated. Elements beyond those of `indices` are allocated for
     /// later packets.
@@ -67,25 +85,9 @@ pub struct SampleWavefront<E: Effects> {
     weights: Vec<Lanes<f32>>,
     /// The number of requested samples.
     count: usize,
-    scratch: PathScratch<E>,
 }
 
-impl<E: Effects> SampleWavefront<E> {
-    /// Creates an empty wavefront.
-    pub fn new() -> Self {
-        Self {
-            indices: Vec::new(),
-            samples: Vec::new(),
-            requested: Vec::new(),
-            light_samples: Vec::new(),
-            samplers: Vec::new(),
-            positions: Vec::new(),
-            weights: Vec::new(),
-            count: 0,
-            scratch: PathScratch::default(),
-        }
-    }
-
+impl SampleWavefront {
     /// Removes all samples and keeps the memory.
     pub fn clear(&mut self) {
         self.indices.clear();
@@ -102,7 +104,7 @@ impl<E: Effects> SampleWavefront<E> {
     }
 
     /// Adds a packet: the requested samples of a block's pixels. Its camera rays are not traced yet.
-    pub fn add<O: PathObserver + ?Sized>(
+    pub fn add<E: Effects, O: PathObserver + ?Sized>(
         &mut self,
         source: &CameraRaySource<'_>,
         index: PacketIndex,
@@ -199,41 +201,44 @@ impl<E: Effects> SampleWavefront<E> {
     }
 
     /// Estimates all samples, whose camera rays are traced.
-    pub fn estimate<I: Integrator, O: PathObserver + ?Sized>(
+    pub fn estimate<E: Effects, I: Integrator, O: PathObserver + ?Sized>(
         &mut self,
-        scene: &Scene,
-        integrator: I,
+        estimator: &mut Estimator<'_, E, I>,
         observer: &mut O,
     ) {
+        let Estimator {
+            scene,
+            integrator,
+            scratch,
+        } = estimator;
         let samples = &mut self.samples[..self.indices.len()];
         if E::Reuse::ON && integrator.reuse().is_on() {
             for samples in &mut *samples {
                 samples.active = ActiveLanes::first(LANES);
             }
         }
-        let (samplers, scratch) = (&mut self.samplers, &mut self.scratch);
-        integrator.radiances::<E, _, _>(scene, samplers, samples, scratch, observer);
+        integrator.radiances::<E, _, _>(scene, &mut self.samplers, samples, scratch, observer);
     }
 
     /// Estimates one sample, whose camera ray is traced.
-    pub fn estimate_one<I: Integrator, O: PathObserver + ?Sized>(
+    pub fn estimate_one<E: Effects, I: Integrator, O: PathObserver + ?Sized>(
         &mut self,
         packet: usize,
         lane: usize,
-        scene: &Scene,
-        integrator: I,
+        estimator: &mut Estimator<'_, E, I>,
         observer: &mut O,
         splats: &mut SplatList<'_>,
     ) {
         let (camera_ray, hit) = self.samples[packet].camera_ray(lane);
         let sampler = &mut self.samplers[packet * LANES + lane];
         let mut rays = RayCounts::default();
-        let radiance = integrator.radiance_and_splats::<E, _, _>(
-            scene,
+        let radiance = estimator.integrator.radiance_and_splats::<E, _, _>(
+            estimator.scene,
             sampler,
             &camera_ray,
             hit,
             &mut rays,
+            &mut estimator.scratch,
             observer,
             splats,
         );
@@ -243,13 +248,17 @@ impl<E: Effects> SampleWavefront<E> {
 
     /// Traces the light paths of the samples whose pixels are in a window, and counts their rays with those of the samples,
     /// which are estimated. The splats have the index of the sample in the wavefront ([`Self::sample_of`]).
-    pub fn trace_light_paths<I: Integrator>(
+    pub fn trace_light_paths<E: Effects, I: Integrator>(
         &mut self,
-        scene: &Scene,
-        integrator: I,
+        estimator: &mut Estimator<'_, E, I>,
         window: Window,
         splats: &mut LightPathSplats<'_>,
     ) {
+        let Estimator {
+            scene,
+            integrator,
+            scratch,
+        } = estimator;
         let share = integrator.light_paths().share;
         let paths_of_a_sample = if share == LightPathShare::Two { 2 } else { 1 };
         for number in 0..paths_of_a_sample {
@@ -261,7 +270,7 @@ impl<E: Effects> SampleWavefront<E> {
                 scene,
                 &mut self.samplers,
                 &mut self.light_samples,
-                &mut self.scratch,
+                scratch,
                 splats,
             );
             for (light_samples, samples) in self.light_samples.iter().zip(&mut self.samples) {

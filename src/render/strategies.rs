@@ -22,7 +22,7 @@ use crate::film::splats::{Splats, Strategy};
 use crate::film::{Film, Window};
 use crate::image::Image;
 use crate::integrator::RayCounts;
-use crate::integrator::bidirectional::{Bidirectional, Contribution};
+use crate::integrator::bidirectional::{Bidirectional, Contribution, SubpathScratch};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::NullPathObserver;
 use crate::math::lanes::Lanes;
@@ -151,14 +151,14 @@ impl KernelJob for StrategyTileJob<'_> {
             filter_sampling: FilterSampling::Importance,
             sampler: self.sampler,
         };
-        let mut wavefront = SampleWavefront::<E>::new();
+        let (mut wavefront, mut scratch) = (SampleWavefront::default(), SubpathScratch::default());
         let mut contributions: Lanes<Vec<Contribution>> = Default::default();
         for block in PixelBlock::covering(self.window, 1) {
             let lanes = block.lanes_in(self.window);
             for sample in 0..self.splats.spp {
                 wavefront.clear();
                 let index = PacketIndex { block, sample };
-                wavefront.add(&source, index, lanes, &mut NullPathObserver);
+                wavefront.add::<E, _>(&source, index, lanes, &mut NullPathObserver);
                 wavefront.trace(scene);
                 for lane in lanes.each() {
                     let weight = wavefront.weight(0, lane);
@@ -169,6 +169,7 @@ impl KernelJob for StrategyTileJob<'_> {
                         &camera_ray,
                         hit,
                         &mut RayCounts::default(),
+                        &mut scratch,
                         &mut NullPathObserver,
                         &reaches,
                         |mut it| {

@@ -6,7 +6,7 @@
 
 use super::dispatch::IntegratorJob;
 use super::pixel_block::PixelBlock;
-use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
+use super::sample_wavefront::{CameraRaySource, Estimator, PacketIndex, SampleWavefront};
 use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::{Effects, Switch};
 use crate::film::splats::{Splat, SplatList, Splats};
@@ -121,10 +121,10 @@ impl<O: PathObserver + ?Sized> IntegratorJob for ObservedTileJob<'_, O> {
 }
 
 /// Takes the samples of tiles, a wavefront at a time.
-struct TileSampler<'a, E: Effects, I> {
+struct TileSampler<'a, E: Effects, I: Integrator> {
     source: SampleSource<'a>,
-    integrator: I,
-    wavefront: SampleWavefront<E>,
+    estimator: Estimator<'a, E, I>,
+    wavefront: SampleWavefront,
     /// The splats of the current sample.
     sample_splats: SplatList<'a>,
     /// The splats of light paths beside the camera paths of the wavefront.
@@ -137,8 +137,8 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
     fn new(source: SampleSource<'a>, integrator: I, reaches: &'a dyn Fn(Vec2) -> bool) -> Self {
         Self {
             source,
-            integrator,
-            wavefront: SampleWavefront::new(),
+            estimator: Estimator::new(source.rays.scene, integrator),
+            wavefront: SampleWavefront::default(),
             sample_splats: SplatList {
                 reaches,
                 splats: Vec::new(),
@@ -160,7 +160,8 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         observer: &mut O,
     ) -> Tally {
         let sources = tile.sources();
-        for block in PixelBlock::covering(sources, self.integrator.reuse().stride()) {
+        let stride = self.estimator.integrator.reuse().stride();
+        for block in PixelBlock::covering(sources, stride) {
             self.add_block(tile, sources, block, &sample_range, observer);
         }
         self.advance(tile, observer);
@@ -218,7 +219,7 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             let index = PacketIndex { block, sample };
             sample += 1;
             self.wavefront
-                .add(&self.source.rays, index, lanes, observer);
+                .add::<E, O>(&self.source.rays, index, lanes, observer);
             if self.wavefront.is_full() {
                 self.advance(tile, observer);
             }
@@ -227,22 +228,19 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
 
     /// Estimates all samples, and adds them to the film.
     fn advance<O: PathObserver + ?Sized>(&mut self, tile: &mut Tile, observer: &mut O) {
-        let scene = self.source.rays.scene;
-        self.wavefront.trace(scene);
+        self.wavefront.trace(self.estimator.scene);
         let is_together = I::IS_WAVEFRONT && !observer.is_sequential();
         if is_together {
-            self.wavefront
-                .estimate::<I, O>(scene, self.integrator, observer);
+            self.wavefront.estimate(&mut self.estimator, observer);
             self.trace_light_paths(tile);
         }
         for packet in 0..self.wavefront.indices().len() {
             let mut kept = ActiveLanes::NONE;
             for lane in self.wavefront.requested(packet).each() {
                 if !is_together {
-                    let splats = &mut self.sample_splats;
-                    let integrator = self.integrator;
+                    let (estimator, splats) = (&mut self.estimator, &mut self.sample_splats);
                     self.wavefront
-                        .estimate_one(packet, lane, scene, integrator, observer, splats);
+                        .estimate_one(packet, lane, estimator, observer, splats);
                 }
                 if !tile.window.contains(self.pixel(packet, lane)) {
                     // Only the samples of the tile's own pixels are counted for splats, so that others must not add
@@ -261,13 +259,12 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         let Some(splats) = self.source.splats.filter(|_| E::LightPaths::ON) else {
             return;
         };
-        if !self.integrator.light_paths().is_on() {
+        if !self.estimator.integrator.light_paths().is_on() {
             return;
         }
-        let scene = self.source.rays.scene;
         let found = &mut self.light_path_splats;
         self.wavefront
-            .trace_light_paths(scene, self.integrator, tile.window, found);
+            .trace_light_paths(&mut self.estimator, tile.window, found);
         for LightPathSplat { path, splat, gain } in found.splats.drain(..) {
             let (sample, [x, y]) = self.wavefront.sample_of(path);
             let Splat {

@@ -32,14 +32,14 @@ use crate::scene::Scene;
 
 /// A light subpath, with its vertex on the light.
 #[derive(Debug)]
-pub struct LightSubpath<'a, E: Effects> {
+pub struct LightSubpath<'a, 'w, E: Effects> {
     /// The vertex on the light.
     pub source: LightVertex,
     /// The density of the rays that leave the light there.
     #[cfg(test)]
     pub ray_density: RayDensity,
     /// The vertices on surfaces.
-    pub subpath: Subpath<'a, E>,
+    pub subpath: &'w Subpath<'a, E>,
 }
 
 /// The contribution of one strategy, before and after it is weighted against the others that find its path.
@@ -74,12 +74,12 @@ pub struct Connector<'a, 'w, E: Effects, O: ?Sized> {
     /// The density of a sample's place on the film, per pixel of area, where each sample has one light subpath.
     pub per_pixel: f64,
     /// The light subpath, if there is one.
-    pub light: Option<LightSubpath<'a, E>>,
+    pub light: Option<LightSubpath<'a, 'w, E>>,
     /// The camera subpath.
     pub camera_subpath: &'w Subpath<'a, E>,
     pub rays: &'w mut RayCounts,
     pub observer: &'w mut O,
-    pub whole: WholePath,
+    pub whole: &'w mut WholePath,
 }
 
 impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
@@ -291,7 +291,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         source: &LightVertex,
         pdfs: &ConnectionPdfs,
     ) -> f32 {
-        let whole = &mut self.whole;
+        let whole = &mut *self.whole;
         let vertices = s + t;
         whole.clear(vertices);
         // Without a vertex of the light subpath, the last surface of the camera subpath is the source.
@@ -339,7 +339,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
     }
 }
 
-impl<E: Effects> LightSubpath<'_, E> {
+impl<E: Effects> LightSubpath<'_, '_, E> {
     /// The density with which a camera subpath continues from surface `i` to the vertex before `i`.
     fn density_before(&self, i: usize, pdf_to_light: PdfSolidAngle) -> f64 {
         let from = self.subpath.vertices[i].at.p;

@@ -59,7 +59,7 @@ fn both_ways(scene: &Scene, vertex: &V<'_>, to_camera: Vec3, to_light: Vec3) -> 
 /// the connected vertices, whatever lobe their subpaths sampled next.
 fn anew(
     scene: &Scene,
-    light: &LightSubpath<'_, Everything>,
+    light: &LightSubpath<'_, '_, Everything>,
     surfaces: &[&V<'_>],
     is_delta: &[bool],
     camera: (Vec3, RayDensity),
@@ -114,6 +114,7 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
         light_choice: LightChoice::Contribution,
     };
     let (mut count, mut differ) = (0, 0);
+    let (mut of_light, mut of_camera) = (Subpath::default(), Subpath::default());
     let mut sampler = Independent::new(5);
     for sample in 0..samples {
         sampler.start([1, 2], sample);
@@ -135,13 +136,14 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             rays: &mut rays,
             observer: &mut observer,
         };
-        let Some(light) = integrator.light_subpath::<Everything, _, _>(
+        let Some(light) = integrator.sample_light_subpath::<Everything, _, _>(
             &mut subpath_sampler,
             integrator.max_bounces.map(u64::from),
+            &mut of_light,
         ) else {
             continue;
         };
-        let camera_subpath: Subpath<'_, Everything> = subpath_sampler.sample(SubpathStart {
+        let start = SubpathStart {
             kind: SubpathKind::Camera,
             ray,
             origin: ray.origin,
@@ -149,8 +151,9 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             ray_density: camera.1,
             beta: Rgb::WHITE,
             most: Some(5),
-        });
-        let surfaces = light.subpath.vertices.len();
+        };
+        subpath_sampler.sample::<Everything>(start, &mut of_camera);
+        let (camera_subpath, surfaces) = (&of_camera, light.subpath.vertices.len());
         let mut connector = Connector {
             scene,
             time,
@@ -158,10 +161,10 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             light_choice: LightChoice::Contribution,
             per_pixel: 0.01,
             light: Some(light),
-            camera_subpath: &camera_subpath,
+            camera_subpath,
             rays: &mut rays,
             observer: &mut observer,
-            whole: WholePath::default(),
+            whole: &mut WholePath::default(),
         };
         for i in 0..surfaces {
             for j in 0..camera_subpath.vertices.len() {

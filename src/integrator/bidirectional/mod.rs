@@ -55,29 +55,51 @@ pub struct Bidirectional {
     pub light_choice: LightChoice,
 }
 
+/// The scratch of the bidirectional integrator: the subpaths of a sample, and the densities of a path that they make.
+#[derive(Debug)]
+pub struct SubpathScratch<'a, E: Effects> {
+    light: Subpath<'a, E>,
+    camera: Subpath<'a, E>,
+    whole: WholePath,
+}
+
+impl<E: Effects> Default for SubpathScratch<'_, E> {
+    fn default() -> Self {
+        Self {
+            light: Subpath::default(),
+            camera: Subpath::default(),
+            whole: WholePath::default(),
+        }
+    }
+}
+
 impl Integrator for Bidirectional {
-    fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    type Scratch<'a, E: Effects> = SubpathScratch<'a, E>;
+
+    fn radiance<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        scene: &Scene,
+        scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
         found: Option<Hit>,
         rays: &mut RayCounts,
+        scratch: &mut SubpathScratch<'a, E>,
         observer: &mut O,
     ) -> Rgb {
         let splats = &mut SplatList::none();
         self.radiance_and_splats::<E, S, O>(
-            scene, sampler, camera_ray, found, rays, observer, splats,
+            scene, sampler, camera_ray, found, rays, scratch, observer, splats,
         )
     }
 
-    fn radiance_and_splats<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn radiance_and_splats<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        scene: &Scene,
+        scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
         found: Option<Hit>,
         rays: &mut RayCounts,
+        scratch: &mut SubpathScratch<'a, E>,
         observer: &mut O,
         splats: &mut SplatList<'_>,
     ) -> Rgb {
@@ -91,7 +113,7 @@ impl Integrator for Bidirectional {
             None => radiance += it.value(),
         };
         self.contributions::<E, S, O>(
-            scene, sampler, camera_ray, found, rays, observer, reaches, take,
+            scene, sampler, camera_ray, found, rays, scratch, observer, reaches, take,
         );
         radiance
     }
@@ -104,31 +126,30 @@ impl Bidirectional {
         clippy::too_many_arguments,
         reason = "a sample, and all that it may tell of"
     )]
-    pub fn contributions<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    pub fn contributions<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
-        scene: &Scene,
+        scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
         found: Option<Hit>,
         rays: &mut RayCounts,
+        scratch: &mut SubpathScratch<'a, E>,
         observer: &mut O,
         reaches: &dyn Fn(Vec2) -> bool,
         mut take: impl FnMut(Contribution),
     ) {
+        let SubpathScratch {
+            light,
+            camera,
+            whole,
+        } = scratch;
         let mut subpath_sampler = self.subpath_sampler(scene, camera_ray, sampler, rays, observer);
         let of_light = self.max_bounces.map(u64::from);
-        let light = self.light_subpath::<E, S, O>(&mut subpath_sampler, of_light);
+        let light = self.sample_light_subpath(&mut subpath_sampler, of_light, light);
         let of_camera = self.max_bounces.map(|most| u64::from(most) + 1);
-        let camera_subpath =
-            self.camera_subpath::<E, S, O>(&mut subpath_sampler, camera_ray, found, of_camera);
-        let mut connector = self.connector(
-            scene,
-            camera_ray.time,
-            light,
-            &camera_subpath,
-            rays,
-            observer,
-        );
+        self.sample_camera_subpath(&mut subpath_sampler, camera_ray, found, of_camera, camera);
+        let subpaths = (light, &*camera);
+        let mut connector = self.connector(scene, camera_ray.time, subpaths, whole, rays, observer);
         let viewpoint = |u| scene.camera.viewpoint::<E>(u, camera_ray.time);
         connector.film_contributions(viewpoint, reaches, &mut take);
         connector.pixel_contributions(take);
@@ -136,40 +157,48 @@ impl Bidirectional {
 
     /// Computes the contributions of one strategy for the numbers of `sampler`, equal to those of
     /// [`Self::contributions`], with subpaths no longer than the strategy uses.
-    pub fn by_strategy<E: Effects, S: Sampler>(
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a sample, and all that it may tell of"
+    )]
+    pub fn by_strategy<'a, E: Effects, S: Sampler>(
         &self,
         strategy: Strategy,
-        scene: &Scene,
+        scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
         rays: &mut RayCounts,
+        scratch: &mut SubpathScratch<'a, E>,
         reaches: &dyn Fn(Vec2) -> bool,
     ) -> [Option<Contribution>; 2] {
         let &CameraRay { ray, time } = camera_ray;
         let Strategy { s, t } = strategy;
+        let SubpathScratch {
+            light,
+            camera,
+            whole,
+        } = scratch;
         let observer = &mut NullPathObserver;
         let mut subpath_sampler = self.subpath_sampler(scene, camera_ray, sampler, rays, observer);
-        let mut light = None;
+        let mut of_light = None;
         if s > 1 {
-            light = self.light_subpath::<E, S, _>(&mut subpath_sampler, Some(s as u64 - 1));
-            if light
+            let most = Some(s as u64 - 1);
+            of_light = self.sample_light_subpath(&mut subpath_sampler, most, light);
+            if of_light
                 .as_ref()
                 .is_none_or(|it| it.subpath.vertices.len() + 1 < s)
             {
                 return [None; 2];
             }
         }
-        let mut camera_subpath = Subpath::nowhere();
+        camera.clear();
         if t > 1 {
             let found = scene.accel.intersect(&ray, time, None);
-            camera_subpath = self.camera_subpath::<E, S, _>(
-                &mut subpath_sampler,
-                camera_ray,
-                found,
-                Some(t as u64 - 1),
-            );
+            let most = Some(t as u64 - 1);
+            self.sample_camera_subpath(&mut subpath_sampler, camera_ray, found, most, camera);
         }
-        let mut connector = self.connector(scene, time, light, &camera_subpath, rays, observer);
+        let subpaths = (of_light, &*camera);
+        let mut connector = self.connector(scene, time, subpaths, whole, rays, observer);
         let viewpoint = |u| scene.camera.viewpoint::<E>(u, time);
         connector.by_strategy(strategy, viewpoint, reaches)
     }
@@ -196,8 +225,8 @@ impl Bidirectional {
         &self,
         scene: &'a Scene,
         time: f32,
-        light: Option<LightSubpath<'a, E>>,
-        camera_subpath: &'w Subpath<'a, E>,
+        (light, camera_subpath): (Option<LightSubpath<'a, 'w, E>>, &'w Subpath<'a, E>),
+        whole: &'w mut WholePath,
         rays: &'w mut RayCounts,
         observer: &'w mut O,
     ) -> Connector<'a, 'w, E, O> {
@@ -211,18 +240,19 @@ impl Bidirectional {
             camera_subpath,
             rays,
             observer,
-            whole: WholePath::default(),
+            whole,
         }
     }
 
     /// Samples a camera subpath of at most `most` surfaces, along a camera ray with the closest hit `found`.
-    fn camera_subpath<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn sample_camera_subpath<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         subpath_sampler: &mut SubpathSampler<'a, '_, S, O>,
         &CameraRay { ray, time }: &CameraRay,
         found: Option<Hit>,
         most: Option<u64>,
-    ) -> Subpath<'a, E> {
+        subpath: &mut Subpath<'a, E>,
+    ) {
         // Rays through the middle of the lens give the density of rays through any of its points.
         let middle = subpath_sampler
             .scene
@@ -231,7 +261,7 @@ impl Bidirectional {
         let film = middle.film_point(ray.dir);
         let per_steradian = film.map_or(0.0, |film| film.per_steradian);
         subpath_sampler.rays.camera += 1;
-        subpath_sampler.sample::<E>(SubpathStart {
+        let start = SubpathStart {
             kind: SubpathKind::Camera,
             ray,
             origin: ray.origin,
@@ -239,15 +269,17 @@ impl Bidirectional {
             ray_density: RayDensity::Point(per_steradian / self.film_area),
             beta: Rgb::WHITE,
             most,
-        })
+        };
+        subpath_sampler.sample::<E>(start, subpath);
     }
 
     /// Samples a light subpath of at most `most` surfaces; `None` where no light emits, or no surface is hit.
-    fn light_subpath<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
+    fn sample_light_subpath<'a, 'w, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         subpath_sampler: &mut SubpathSampler<'a, '_, S, O>,
         most: Option<u64>,
-    ) -> Option<LightSubpath<'a, E>> {
+        subpath: &'w mut Subpath<'a, E>,
+    ) -> Option<LightSubpath<'a, 'w, E>> {
         if most == Some(0) {
             return None;
         }
@@ -261,7 +293,7 @@ impl Bidirectional {
         let (mut source, ray_density) = LightVertex::new(sample.end, pmf, &sample.pdf);
         let ray = sample.ray();
         subpath_sampler.rays.closest += 1;
-        let subpath = subpath_sampler.sample::<E>(SubpathStart {
+        let start = SubpathStart {
             kind: SubpathKind::Light,
             ray,
             origin: sample.origin,
@@ -269,7 +301,8 @@ impl Bidirectional {
             ray_density,
             beta: sample.flux(pmf),
             most,
-        });
+        };
+        subpath_sampler.sample::<E>(start, subpath);
         let first = subpath.vertices.first()?;
         source.densities.by_camera = source.density_from(first.at.p, subpath.back);
         let rules = LightSampling {

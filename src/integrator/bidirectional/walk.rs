@@ -61,14 +61,22 @@ pub struct Subpath<'a, E: Effects> {
     pub escape: Option<Escape>,
 }
 
-impl<E: Effects> Subpath<'_, E> {
-    /// A subpath without a vertex.
-    pub fn nowhere() -> Self {
+impl<E: Effects> Default for Subpath<'_, E> {
+    fn default() -> Self {
         Self {
             vertices: Vec::new(),
             back: PdfSolidAngle(0.0),
             escape: None,
         }
+    }
+}
+
+impl<E: Effects> Subpath<'_, E> {
+    /// Removes all vertices and keeps the memory.
+    pub fn clear(&mut self) {
+        self.vertices.clear();
+        self.back = PdfSolidAngle(0.0);
+        self.escape = None;
     }
 }
 
@@ -117,8 +125,8 @@ pub struct WalkStep {
 }
 
 impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
-    /// Samples a subpath until it ends.
-    pub fn sample<E: Effects>(&mut self, start: SubpathStart) -> Subpath<'a, E> {
+    /// Samples a subpath until it ends, in the memory of another.
+    pub fn sample<E: Effects>(&mut self, start: SubpathStart, subpath: &mut Subpath<'a, E>) {
         let SubpathStart {
             kind,
             mut ray,
@@ -128,7 +136,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             mut beta,
             most,
         } = start;
-        let mut subpath = Subpath::nowhere();
+        subpath.clear();
         let mut excluded = None;
         // The throughput for Russian roulette.
         let mut left = Rgb::WHITE;
@@ -200,7 +208,6 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             self.observer.traced(ray_kind, &ray, self.time);
             found = self.scene.accel.intersect(&ray, self.time, excluded);
         }
-        subpath
     }
 
     /// Calls the observer of a camera subpath.

@@ -103,6 +103,8 @@ impl<E: Effects> Default for PathScratch<E> {
 impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
     const IS_WAVEFRONT: bool = true;
 
+    type Scratch<'a, E: Effects> = PathScratch<E>;
+
     fn radiance<E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         scene: &Scene,
@@ -110,12 +112,12 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         camera_ray: &CameraRay,
         found: Option<Hit>,
         rays: &mut RayCounts,
+        scratch: &mut PathScratch<E>,
         observer: &mut O,
     ) -> Rgb {
         let mut samples = SampleLanes::default();
         samples.add(0, camera_ray, found);
         let (samplers, samples) = (slice::from_mut(sampler), slice::from_mut(&mut samples));
-        let scratch = &mut PathScratch::default();
         self.radiances::<E, S, O>(scene, samplers, samples, scratch, observer);
         let estimate = samples[0].estimate(0);
         *rays += estimate.rays;

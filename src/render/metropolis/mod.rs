@@ -35,7 +35,7 @@ use crate::film::batches::BATCHES;
 use crate::film::filter::Filter;
 use crate::film::splats::{Splats, Strategy};
 use crate::integrator::CameraRay;
-use crate::integrator::bidirectional::{Bidirectional, Contribution};
+use crate::integrator::bidirectional::{Bidirectional, Contribution, SubpathScratch};
 use crate::integrator::observer::NullPathObserver;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
@@ -171,9 +171,17 @@ impl ChainContext<'_> {
         let mut paths: Vec<ChainPath> = Vec::new();
         let take = |it: Contribution| self.take(&it, film, &mut paths);
         let (scene, rays, integrator) = (self.scene, &mut tally.rays, self.integrator);
+        let scratch = &mut SubpathScratch::<E>::default();
         if let Some(by) = by {
-            let found =
-                integrator.by_strategy::<E, _>(by, scene, sampler, &camera_ray, rays, &reaches);
+            let found = integrator.by_strategy::<E, _>(
+                by,
+                scene,
+                sampler,
+                &camera_ray,
+                rays,
+                scratch,
+                &reaches,
+            );
             found.into_iter().flatten().for_each(take);
         } else {
             let (found, observer) = (
@@ -186,6 +194,7 @@ impl ChainContext<'_> {
                 &camera_ray,
                 found,
                 rays,
+                scratch,
                 observer,
                 &reaches,
                 take,

@@ -14,6 +14,7 @@
 use super::{Decision, Sampler, hash, to_unit};
 use crate::math::functions::powf;
 use crate::planted::planted;
+use std::mem;
 use std::ops::Range;
 
 /// The standard deviations of small steps.
@@ -91,6 +92,18 @@ impl Primary {
             large: first,
             is_large: true,
         }
+    }
+
+    /// Starts a chain as [`Self::new`] does, in the memory of this one.
+    pub fn restart(&mut self, seed: u64) {
+        let mut anew = Self {
+            coordinates: mem::take(&mut self.coordinates),
+            before: mem::take(&mut self.before),
+            ..Self::new(seed)
+        };
+        anew.coordinates.iter_mut().for_each(Vec::clear);
+        anew.before.clear();
+        *self = anew;
     }
 
     /// Returns the chain at the current point, with another seed for the steps that follow.
@@ -240,6 +253,24 @@ mod tests {
                 here = there;
             } else {
                 chain.reject();
+            }
+        }
+    }
+
+    #[test]
+    fn restarted_chain_has_the_numbers_of_a_new_one() {
+        let mut chain = Primary::new(3);
+        for _ in 0..5 {
+            chain.propose();
+            numbers(&mut chain);
+        }
+        chain.restart(4);
+        let mut new = Primary::new(4);
+        for _ in 0..100 {
+            assert_eq!(numbers(&mut chain), numbers(&mut new));
+            for chain in [&mut chain, &mut new] {
+                chain.accept();
+                chain.propose();
             }
         }
     }

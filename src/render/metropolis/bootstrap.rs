@@ -10,12 +10,15 @@
 //! Source: Veach 1997, section 11.3.1; Kitagawa 1996 for choosing at equal distances. Tested below and in
 //! `tests/rendering/metropolis.rs`.
 
-use super::{CANCEL_INTERVAL, ChainContext, ChainPath, Evaluation, run_matte_or_everything};
+use super::{CANCEL_INTERVAL, ChainContext, ChainPath, EvaluationScratch, run_matte_or_everything};
+use crate::effects::Effects;
+use crate::effects::kernel::KernelJob;
 use crate::film::splats::Strategy;
 use crate::planted::planted;
 use crate::render::tally::Tally;
 use crate::sampler::{Primary, hash};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// The number of steps of a round per bootstrap sample ...
 const STEPS_PER_SAMPLE: u64 = 8;
@@ -52,16 +55,12 @@ impl Bootstrap {
         };
         let chunks = (0..samples.div_ceil(CANCEL_INTERVAL)).into_par_iter();
         let chunks = chunks.map(|chunk| {
-            let (mut paths, mut tally) = (Vec::new(), Tally::default());
-            let all = chunk * CANCEL_INTERVAL..((chunk + 1) * CANCEL_INTERVAL).min(samples);
-            for sample in all.take_while(|_| !(context.is_cancelled)()) {
-                let point = bootstrap.point(sample as u32);
-                let (found, of_sample) =
-                    run_matte_or_everything(context.kernel, Evaluation(context, None, point));
-                tally.merge(of_sample);
-                paths.extend(found.iter().map(|it| ChainStart::new(sample as u32, it)));
-            }
-            (paths, tally)
+            let job = ChunkJob {
+                context,
+                bootstrap: &bootstrap,
+                samples: chunk * CANCEL_INTERVAL..((chunk + 1) * CANCEL_INTERVAL).min(samples),
+            };
+            run_matte_or_everything(context.kernel, job)
         });
         let chunks: Vec<_> = chunks.collect();
         let mut tally = Tally::default();
@@ -77,7 +76,11 @@ impl Bootstrap {
 
     /// The point in primary sample space of a sample.
     pub fn point(&self, sample: u32) -> Primary {
-        Primary::new(hash::combine(self.seed, sample.into()))
+        Primary::new(self.seed_of(sample))
+    }
+
+    fn seed_of(&self, sample: u32) -> u64 {
+        hash::combine(self.seed, sample.into())
     }
 
     /// The mean brightness of all samples.
@@ -112,6 +115,30 @@ impl Bootstrap {
             *self.paths.get(index).unwrap_or(last)
         };
         (0..chains).map(along).collect()
+    }
+}
+
+/// The job of evaluating some of the samples, for a kernel.
+struct ChunkJob<'a> {
+    context: &'a ChainContext<'a>,
+    bootstrap: &'a Bootstrap,
+    samples: Range<u64>,
+}
+
+impl KernelJob for ChunkJob<'_> {
+    type Output = (Vec<ChainStart>, Tally);
+
+    fn run<E: Effects>(self) -> Self::Output {
+        let context = self.context;
+        let (mut paths, mut tally) = (Vec::new(), Tally::default());
+        let (mut point, mut scratch) = (Primary::new(0), EvaluationScratch::<E>::default());
+        for sample in self.samples.take_while(|_| !(context.is_cancelled)()) {
+            let sample = sample as u32;
+            point.restart(self.bootstrap.seed_of(sample));
+            let found = context.evaluate(None, &mut point, &mut tally, &mut scratch);
+            paths.extend(found.iter().map(|it| ChainStart::new(sample, it)));
+        }
+        (paths, tally)
     }
 }
 

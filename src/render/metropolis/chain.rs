@@ -8,7 +8,7 @@
 //! Source: Hachisuka et al. 2014, section 4. Tested below and in `tests/rendering/metropolis.rs`.
 
 use super::bootstrap::{Bootstrap, ChainStart};
-use super::{CANCEL_INTERVAL, ChainContext, ChainPath};
+use super::{CANCEL_INTERVAL, ChainContext, ChainPath, EvaluationScratch};
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::film::splats::Strategy;
@@ -39,7 +39,7 @@ impl KernelJob for ChainJob<'_> {
     }
 }
 
-impl ChainJob<'_> {
+impl<'a> ChainJob<'a> {
     /// Runs the chain, and returns the number of steps taken.
     fn walk<E: Effects>(&self, tally: &mut Tally) -> u64 {
         let Some(start) = self.start else {
@@ -49,7 +49,8 @@ impl ChainJob<'_> {
         let mut sampler = self.bootstrap.point(start.sample);
         let is_start = |u| strategy(u, edges) == start.strategy;
         sampler.draw_until(Decision::Strategy, is_start);
-        let here = self.evaluate::<E>(edges, &mut sampler, tally);
+        let scratch = &mut EvaluationScratch::<E>::default();
+        let here = self.evaluate(edges, &mut sampler, tally, scratch);
         let mut here = here.expect("a chain begins at a path that has been found");
         assert_eq!(
             here.brightness(),
@@ -66,7 +67,7 @@ impl ChainJob<'_> {
                 return step;
             }
             sampler.propose();
-            let there = self.evaluate::<E>(edges, &mut sampler, tally);
+            let there = self.evaluate(edges, &mut sampler, tally, scratch);
             let brightness = there.map_or(0.0, |it| it.brightness());
             let accepted = (brightness / here.brightness()).min(1.0);
             held += 1.0 - accepted;
@@ -94,10 +95,12 @@ impl ChainJob<'_> {
         edges: usize,
         sampler: &mut Primary,
         tally: &mut Tally,
+        scratch: &mut EvaluationScratch<'a, E>,
     ) -> Option<ChainPath> {
         let [u] = sampler.draw(Decision::Strategy);
         let by = strategy(u, edges);
-        self.context.evaluate::<E>(Some(by), sampler, tally).pop()
+        let paths = self.context.evaluate(Some(by), sampler, tally, scratch);
+        paths.last().copied()
     }
 
     /// Splats a path with the weight `counts`.

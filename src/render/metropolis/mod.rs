@@ -28,7 +28,6 @@ mod chain;
 
 use super::dispatch::run_matte_or_everything;
 use super::tally::{NonFiniteSample, Rejected, Tally};
-use crate::effects::kernel::KernelJob;
 use crate::effects::{Effects, Kernel, Switch};
 use crate::film::Window;
 use crate::film::batches::BATCHES;
@@ -105,7 +104,22 @@ pub fn batches() -> impl ParallelIterator<Item = u64> {
     batches.map(u64::from)
 }
 
-impl ChainContext<'_> {
+/// The memory of an evaluation, which the next one uses, too.
+struct EvaluationScratch<'a, E: Effects> {
+    subpaths: SubpathScratch<'a, E>,
+    paths: Vec<ChainPath>,
+}
+
+impl<E: Effects> Default for EvaluationScratch<'_, E> {
+    fn default() -> Self {
+        Self {
+            subpaths: SubpathScratch::default(),
+            paths: Vec::new(),
+        }
+    }
+}
+
+impl<'a> ChainContext<'a> {
     /// Runs `steps` steps of a batch in rounds, with the random numbers of `seed`. `walked` is called with the number
     /// of steps of each chain.
     pub fn batch(&self, batch: u64, seed: u64, steps: u64, walked: &(dyn Fn(u64) + Sync)) -> Tally {
@@ -150,12 +164,13 @@ impl ChainContext<'_> {
     }
 
     /// Evaluates the paths of a point in primary sample space, by one strategy or, if none is given, by all.
-    fn evaluate<E: Effects>(
+    fn evaluate<'s, E: Effects>(
         &self,
         by: Option<Strategy>,
         sampler: &mut Primary,
         tally: &mut Tally,
-    ) -> Vec<ChainPath> {
+        scratch: &'s mut EvaluationScratch<'a, E>,
+    ) -> &'s [ChainPath] {
         let [x, y, u, v] = sampler.draw(Decision::Camera);
         let time = if E::Motion::ON {
             let [time] = sampler.draw(Decision::Time);
@@ -168,10 +183,10 @@ impl ChainContext<'_> {
         let ray = self.scene.camera.ray::<E>(film, Vec2::new(u, v), time);
         let camera_ray = CameraRay { ray, time };
         let reaches = |film| self.splats.reaches(self.filter, film);
-        let mut paths: Vec<ChainPath> = Vec::new();
-        let take = |it: Contribution| self.take(&it, film, &mut paths);
+        let EvaluationScratch { subpaths, paths } = scratch;
+        paths.clear();
+        let take = |it: Contribution| self.take(&it, film, paths);
         let (scene, rays, integrator) = (self.scene, &mut tally.rays, self.integrator);
-        let scratch = &mut SubpathScratch::<E>::default();
         if let Some(by) = by {
             let found = integrator.by_strategy::<E, _>(
                 by,
@@ -179,7 +194,7 @@ impl ChainContext<'_> {
                 sampler,
                 &camera_ray,
                 rays,
-                scratch,
+                subpaths,
                 &reaches,
             );
             found.into_iter().flatten().for_each(take);
@@ -194,7 +209,7 @@ impl ChainContext<'_> {
                 &camera_ray,
                 found,
                 rays,
-                scratch,
+                subpaths,
                 observer,
                 &reaches,
                 take,
@@ -241,16 +256,5 @@ fn rejected(film: Vec2) -> Rejected {
     Rejected {
         count: 1,
         first: Some(first),
-    }
-}
-
-/// The evaluation of a point in primary sample space, for a kernel.
-struct Evaluation<'a>(&'a ChainContext<'a>, Option<Strategy>, Primary);
-
-impl KernelJob for Evaluation<'_> {
-    type Output = (Vec<ChainPath>, Tally);
-    fn run<E: Effects>(mut self) -> Self::Output {
-        let mut tally = Tally::default();
-        (self.0.evaluate::<E>(self.1, &mut self.2, &mut tally), tally)
     }
 }

@@ -19,7 +19,7 @@ use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
 use crate::film::splats::{SplatList, Splats};
-use crate::film::{Film, Window};
+use crate::film::{Film, Tile, Window};
 use crate::image::Image;
 use crate::integrator::light_paths::LightPathSplats;
 use crate::integrator::observer::PathObserver;
@@ -73,38 +73,61 @@ pub fn path_strategies(
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
     let integrator = dispatch::path_with_all(settings);
     let kernel = dispatch::kernel(input.scene, settings);
-    threads.run(|| {
-        film.tiles().par_iter().with_max_len(1).for_each(|tile| {
-            let job = TileJob {
-                input: *input,
-                splats: &splats,
-                image: settings.window,
-                tile: tile.window,
-                spp,
-                integrator,
-                sampler: &sampler,
-            };
-            dispatch::run_matte_or_everything(kernel, job);
-        });
-    });
+    let job = PathStrategiesJob {
+        input: *input,
+        splats: &splats,
+        image: settings.window,
+        tiles: film.tiles(),
+        spp,
+        integrator,
+        sampler: &sampler,
+    };
+    threads.run(|| dispatch::run_matte_or_everything(kernel, job));
     Ok(splats.map(|it| strategies::image_of(&it, settings.window, spp)))
 }
 
-/// The job of sampling a tile.
-struct TileJob<'a> {
+/// The job of sampling tiles on rayon's current threads.
+struct PathStrategiesJob<'a> {
     input: RenderInput<'a>,
     splats: &'a [Splats; 3],
     image: Window,
-    tile: Window,
+    tiles: &'a [Tile],
     spp: u64,
     integrator: PathIntegrator,
     sampler: &'a AnySampler,
 }
 
-impl KernelJob for TileJob<'_> {
+impl KernelJob for PathStrategiesJob<'_> {
     type Output = ();
 
     fn run<E: Effects>(self) {
+        let RenderInput { scene, filter, .. } = self.input;
+        let reaches = |film| Splats::covers(self.image, filter, film);
+        let new = || TileScratch::<E> {
+            wavefront: SampleWavefront::default(),
+            estimator: Estimator::new(scene, self.integrator),
+            light_path_splats: LightPathSplats {
+                reaches: &reaches,
+                with_gains: false,
+                splats: Vec::new(),
+            },
+        };
+        // Every thread takes the next tile when it is done with one, and keeps its memory.
+        let tiles = self.tiles.iter().par_bridge();
+        tiles.for_each_init(new, |scratch, tile| self.tile(tile.window, scratch));
+    }
+}
+
+/// The memory of a thread, which it keeps from tile to tile.
+struct TileScratch<'a, E: Effects> {
+    wavefront: SampleWavefront,
+    estimator: Estimator<'a, E, PathIntegrator>,
+    light_path_splats: LightPathSplats<'a>,
+}
+
+impl PathStrategiesJob<'_> {
+    /// Samples the pixels of a tile.
+    fn tile<E: Effects>(&self, tile: Window, scratch: &mut TileScratch<'_, E>) {
         let RenderInput { scene, filter, .. } = self.input;
         let source = CameraRaySource {
             scene,
@@ -112,15 +135,13 @@ impl KernelJob for TileJob<'_> {
             filter_sampling: FilterSampling::Importance,
             sampler: self.sampler,
         };
-        let mut estimator = Estimator::<E, _>::new(scene, self.integrator);
-        let mut wavefront = SampleWavefront::default();
-        let mut light_path_splats = LightPathSplats {
-            reaches: &|film| Splats::covers(self.image, filter, film),
-            with_gains: false,
-            splats: Vec::new(),
-        };
-        for block in PixelBlock::covering(self.tile, 1) {
-            let lanes = block.lanes_in(self.tile);
+        let TileScratch {
+            wavefront,
+            estimator,
+            light_path_splats,
+        } = scratch;
+        for block in PixelBlock::covering(tile, 1) {
+            let lanes = block.lanes_in(tile);
             for sample in 0..self.spp {
                 wavefront.clear();
                 let index = PacketIndex { block, sample };
@@ -130,7 +151,7 @@ impl KernelJob for TileJob<'_> {
                 for lane in lanes.each() {
                     found = Found::default();
                     let splats = &mut SplatList::none();
-                    wavefront.estimate_one(0, lane, &mut estimator, &mut found, splats);
+                    wavefront.estimate_one(0, lane, estimator, &mut found, splats);
                     let weight = wavefront.weight(0, lane);
                     for (strategy, value) in [
                         (PathStrategy::Scattering, found.by_scattering),
@@ -139,10 +160,9 @@ impl KernelJob for TileJob<'_> {
                         self.add(strategy, &index, lane, weight * value);
                     }
                 }
-                let found = &mut light_path_splats;
-                wavefront.trace_light_paths(&mut estimator, self.tile, found);
+                wavefront.trace_light_paths(estimator, tile, light_path_splats);
                 let splats = &self.splats[PathStrategy::LightPaths as usize];
-                for it in found.splats.drain(..).map(|it| it.splat) {
+                for it in light_path_splats.splats.drain(..).map(|it| it.splat) {
                     if it.value.is_finite() {
                         splats.add(filter, sample, it.film_position, it.value);
                     }
@@ -150,9 +170,7 @@ impl KernelJob for TileJob<'_> {
             }
         }
     }
-}
 
-impl TileJob<'_> {
     /// Adds the light that a sample has found by a strategy to its pixel.
     fn add(&self, strategy: PathStrategy, index: &PacketIndex, lane: usize, value: Rgb) {
         if value.is_finite() {

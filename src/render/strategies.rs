@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
 use crate::film::splats::{Splats, Strategy};
-use crate::film::{Film, Window};
+use crate::film::{Film, Tile, Window};
 use crate::image::Image;
 use crate::integrator::RayCounts;
 use crate::integrator::bidirectional::{Bidirectional, Contribution, SubpathScratch};
@@ -89,17 +89,13 @@ pub fn strategies(
     let kernel = dispatch::kernel(input.scene, settings);
     let integrator = dispatch::bidirectional(settings, settings.window.pixel_count() as f64);
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
-    threads.run(|| {
-        film.tiles().par_iter().with_max_len(1).for_each(|tile| {
-            let job = StrategyTileJob {
-                splats: &splats,
-                window: tile.window,
-                integrator,
-                sampler: &sampler,
-            };
-            dispatch::run_matte_or_everything(kernel, job);
-        });
-    });
+    let job = StrategiesJob {
+        splats: &splats,
+        tiles: film.tiles(),
+        integrator,
+        sampler: &sampler,
+    };
+    threads.run(|| dispatch::run_matte_or_everything(kernel, job));
     let by_strategy = splats.by_strategy.into_inner();
     let by_strategy = by_strategy.expect("no thread panics while it holds this");
     let image = |splats: &Splats| image_of(splats, settings.window, spp);
@@ -130,18 +126,47 @@ struct StrategySplats<'a> {
     by_strategy: Mutex<BTreeMap<Strategy, [Splats; 2]>>,
 }
 
-/// The job of sampling a tile.
-struct StrategyTileJob<'a> {
+/// The job of sampling tiles on rayon's current threads.
+struct StrategiesJob<'a> {
     splats: &'a StrategySplats<'a>,
-    window: Window,
+    tiles: &'a [Tile],
     integrator: Bidirectional,
     sampler: &'a AnySampler,
 }
 
-impl KernelJob for StrategyTileJob<'_> {
+impl KernelJob for StrategiesJob<'_> {
     type Output = ();
 
     fn run<E: Effects>(self) {
+        // Every thread takes the next tile when it is done with one, and keeps its memory.
+        let tiles = self.tiles.iter().par_bridge();
+        tiles.for_each_init(TileScratch::<E>::default, |scratch, tile| {
+            self.tile(tile.window, scratch);
+        });
+    }
+}
+
+/// The memory of a thread, which it keeps from tile to tile.
+struct TileScratch<'a, E: Effects> {
+    wavefront: SampleWavefront,
+    subpaths: SubpathScratch<'a, E>,
+    /// The contributions of the samples of each pixel of a block.
+    contributions: Lanes<Vec<Contribution>>,
+}
+
+impl<E: Effects> Default for TileScratch<'_, E> {
+    fn default() -> Self {
+        Self {
+            wavefront: SampleWavefront::default(),
+            subpaths: SubpathScratch::default(),
+            contributions: Lanes::default(),
+        }
+    }
+}
+
+impl<'a> StrategiesJob<'a> {
+    /// Samples the pixels of a tile.
+    fn tile<E: Effects>(&self, tile: Window, scratch: &mut TileScratch<'a, E>) {
         let StrategySplats { input, window, .. } = *self.splats;
         let RenderInput { scene, filter, .. } = input;
         let reaches = |film| Splats::covers(window, filter, film);
@@ -151,10 +176,13 @@ impl KernelJob for StrategyTileJob<'_> {
             filter_sampling: FilterSampling::Importance,
             sampler: self.sampler,
         };
-        let (mut wavefront, mut scratch) = (SampleWavefront::default(), SubpathScratch::default());
-        let mut contributions: Lanes<Vec<Contribution>> = Default::default();
-        for block in PixelBlock::covering(self.window, 1) {
-            let lanes = block.lanes_in(self.window);
+        let TileScratch {
+            wavefront,
+            subpaths,
+            contributions,
+        } = scratch;
+        for block in PixelBlock::covering(tile, 1) {
+            let lanes = block.lanes_in(tile);
             for sample in 0..self.splats.spp {
                 wavefront.clear();
                 let index = PacketIndex { block, sample };
@@ -169,7 +197,7 @@ impl KernelJob for StrategyTileJob<'_> {
                         &camera_ray,
                         hit,
                         &mut RayCounts::default(),
-                        &mut scratch,
+                        subpaths,
                         &mut NullPathObserver,
                         &reaches,
                         |mut it| {

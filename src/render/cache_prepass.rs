@@ -20,10 +20,11 @@ use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterSampling};
 use crate::integrator::RayCounts;
 use crate::integrator::indirect::Uncached;
-use crate::integrator::irradiance_cache::{CacheLookup, IrradianceCache, LookupResult};
+use crate::integrator::irradiance_cache::{
+    CacheLookup, GatherScratch, IrradianceCache, LookupResult,
+};
 use crate::integrator::kind::IntegratorKind;
 use crate::integrator::observer::NullPathObserver;
-use crate::integrator::path::PathScratch;
 use crate::integrator::technique::Weighted;
 use crate::math::lanes::ActiveLanes;
 use crate::sampler::{AnySampler, Batches};
@@ -133,7 +134,7 @@ impl LookupPass<'_> {
         &self,
         position: [u32; 2],
         sampler: &AnySampler,
-        (wavefront, scratch): &mut (SampleWavefront, PathScratch<E>),
+        (wavefront, scratch): &mut (SampleWavefront, GatherScratch<E, AnySampler>),
     ) -> Option<LookupResult> {
         let lookup = CacheLookup {
             cache: self.cache,
@@ -169,7 +170,7 @@ impl KernelJob for &LookupPass<'_> {
     fn run<E: Effects>(self) -> Self::Output {
         let sampler = sampler(self.settings, Batches::new(BATCHES));
         let positions = self.positions.par_iter();
-        let memory = || (SampleWavefront::default(), PathScratch::default());
+        let memory = || (SampleWavefront::default(), GatherScratch::default());
         positions
             .map_init(memory, |memory, &position| {
                 self.pixel::<E>(position, &sampler, memory)

@@ -10,6 +10,7 @@
 
 use super::hemisphere::{Cells, Expansion};
 use super::record::Record;
+use crate::accel::ExcludedPrimitive;
 use crate::effects::Effects;
 use crate::integrator::observer::NullPathObserver;
 use crate::integrator::path::{PathIntegrator, PathScratch, PathWavefront, WAVEFRONT_SIZE};
@@ -46,6 +47,44 @@ pub struct Gatherer<'a> {
     pub numbers: [u32; 2],
 }
 
+/// The memory of a hemisphere, which the next one uses, too.
+#[derive(Debug)]
+pub struct GatherScratch<E: Effects, S> {
+    /// The scratch of the paths.
+    pub paths: PathScratch<E>,
+    /// The radiance from each cell.
+    radiance: Vec<Rgb>,
+    /// The distance of the surface in each cell.
+    distance: Vec<f32>,
+    /// The samples of a wavefront, one for each ray.
+    samples: Vec<SampleLanes>,
+    samplers: Vec<S>,
+    rays: Vec<GatherRay>,
+}
+
+/// A ray through a cell.
+#[derive(Debug, Clone, Copy)]
+struct GatherRay {
+    cell: usize,
+    /// The distance of the first hit; infinite without one.
+    distance: f32,
+    /// The primitive that the ray leaves.
+    excluded: ExcludedPrimitive,
+}
+
+impl<E: Effects, S> Default for GatherScratch<E, S> {
+    fn default() -> Self {
+        Self {
+            paths: PathScratch::default(),
+            radiance: Vec::new(),
+            distance: Vec::new(),
+            samples: Vec::new(),
+            samplers: Vec::new(),
+            rays: Vec::new(),
+        }
+    }
+}
+
 impl Gatherer<'_> {
     /// Gathers the record of a surface interaction. Rays are counted in `rays`.
     pub fn gather<E: Effects, S: Sampler>(
@@ -53,27 +92,27 @@ impl Gatherer<'_> {
         sampler: &mut S,
         at: &Interaction<E>,
         rays: &mut RayCounts,
-        scratch: &mut PathScratch<E>,
+        scratch: &mut GatherScratch<E, S>,
     ) -> Option<Record> {
-        let record = |HemisphereEstimate { light, distance }: &HemisphereEstimate| {
-            Record::new(at.p, &at.frame, light, distance, self.bound)
+        let record = |light: &Expansion, scratch: &GatherScratch<E, S>| {
+            Record::new(at.p, &at.frame, light, &scratch.distance, self.bound)
         };
-        let first =
-            self.sample_hemisphere(Cells::about(MIN_RAYS), 0, sampler, at, rays, scratch)?;
-        let noise = first.light.variance.sqrt() / first.light.irradiance();
+        let cells = Cells::about(MIN_RAYS);
+        let first = self.sample_hemisphere(cells, 0, sampler, at, rays, scratch)?;
+        let noise = first.variance.sqrt() / first.irradiance();
         let too_much = (noise / (NOISE * self.bound)).powi(2);
         if too_much <= 1.0 {
-            return Some(record(&first));
+            return Some(record(&first, scratch));
         }
         // `MAX_RAYS` if no light was found at all.
-        let count = (first.distance.len() as f64 * too_much).min(MAX_RAYS);
-        let spent = first.distance.len();
-        let second =
-            self.sample_hemisphere(Cells::about(count), spent, sampler, at, rays, scratch)?;
-        Some(record(&second))
+        let spent = cells.count();
+        let count = (spent as f64 * too_much).min(MAX_RAYS);
+        let cells = Cells::about(count);
+        let second = self.sample_hemisphere(cells, spent, sampler, at, rays, scratch)?;
+        Some(record(&second, scratch))
     }
 
-    /// Samples the hemisphere once, with random numbers from the index `spent` on.
+    /// Samples the hemisphere once, with random numbers from the index `spent` on. The distances are left in the scratch.
     fn sample_hemisphere<E: Effects, S: Sampler>(
         &self,
         cells: Cells,
@@ -81,20 +120,27 @@ impl Gatherer<'_> {
         sampler: &mut S,
         at: &Interaction<E>,
         rays: &mut RayCounts,
-        scratch: &mut PathScratch<E>,
-    ) -> Option<HemisphereEstimate> {
-        let mut radiance = vec![Rgb::BLACK; cells.count()];
-        let mut distance = vec![f32::INFINITY; cells.count()];
-        let (mut paths, mut samplers) = (Vec::new(), Vec::new());
-        let mut samples = vec![SampleLanes::default(); WAVEFRONT_SIZE / LANES];
-        let mut excluded_by_rays = Vec::new();
+        scratch: &mut GatherScratch<E, S>,
+    ) -> Option<Expansion> {
+        let GatherScratch {
+            paths,
+            radiance,
+            distance,
+            samples,
+            samplers,
+            rays: gathered,
+        } = scratch;
+        radiance.clear();
+        radiance.resize(cells.count(), Rgb::BLACK);
+        distance.clear();
+        distance.resize(cells.count(), f32::INFINITY);
         // A scene with motion has no cache (`dispatch::check`).
         let time = 0.0;
         for first in (0..cells.count()).step_by(WAVEFRONT_SIZE) {
-            paths.clear();
+            gathered.clear();
             samplers.clear();
-            samples.fill(SampleLanes::default());
-            excluded_by_rays.clear();
+            samples.clear();
+            samples.resize(WAVEFRONT_SIZE / LANES, SampleLanes::default());
             for cell in first..cells.count().min(first + WAVEFRONT_SIZE) {
                 sampler.start(self.numbers, (spent + cell) as u64);
                 let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
@@ -104,50 +150,45 @@ impl Gatherer<'_> {
                     continue;
                 }
                 let (ray, excluded) = self.scene.spawn(at, time, wi, false);
-                let excluded = Some(excluded);
-                let hit = self.scene.accel.intersect(&ray, time, excluded);
-                let path = paths.len();
+                let hit = self.scene.accel.intersect(&ray, time, Some(excluded));
+                let path = gathered.len();
                 samples[path / LANES].add(path % LANES, &CameraRay { ray, time }, hit);
-                paths.push((cell, hit.map_or(f32::INFINITY, |hit| hit.t)));
+                gathered.push(GatherRay {
+                    cell,
+                    distance: hit.map_or(f32::INFINITY, |hit| hit.t),
+                    excluded,
+                });
                 samplers.push(sampler.clone());
-                excluded_by_rays.push(excluded);
             }
-            scratch.paths.begin(&samples);
+            paths.paths.begin(samples);
             let gathered_from = Some((at.receiver(false), PdfSolidAngle::MIN_ABOVE_ZERO));
-            let blocks = scratch.paths.blocks_mut().iter_mut();
-            for (block, excluded) in blocks.zip(excluded_by_rays.chunks(LANES)) {
-                for (lane, &excluded) in excluded.iter().enumerate() {
-                    block.excluded.set(lane, excluded);
+            let blocks = paths.paths.blocks_mut().iter_mut();
+            for (block, rays) in blocks.zip(gathered.chunks(LANES)) {
+                for (lane, ray) in rays.iter().enumerate() {
+                    block.excluded.set(lane, Some(ray.excluded));
                     let from = planted!("cache-counts-lights-twice", None, gathered_from);
                     block.set_prev_vertex(lane, from);
                 }
             }
             let wavefront = PathWavefront {
                 scene: self.scene,
-                samples: &mut samples,
-                samplers: &mut samplers,
+                samples,
+                samplers,
                 observer: &mut NullPathObserver,
                 bounce: 1,
             };
-            self.integrator.trace_wavefront(wavefront, scratch);
-            for (path, (cell, clear)) in paths.drain(..).enumerate() {
+            self.integrator.trace_wavefront(wavefront, paths);
+            for (path, ray) in gathered.iter().enumerate() {
                 let estimate = samples[path / LANES].estimate(path % LANES);
                 rays.closest += 1 + estimate.rays.closest;
                 rays.shadow += estimate.rays.shadow;
-                distance[cell] = clear;
+                distance[ray.cell] = ray.distance;
                 if !estimate.radiance.is_finite() {
                     return None;
                 }
-                radiance[cell] = estimate.radiance;
+                radiance[ray.cell] = estimate.radiance;
             }
         }
-        let light = Expansion::of(cells, &radiance, &distance);
-        Some(HemisphereEstimate { light, distance })
+        Some(Expansion::of(cells, radiance, distance))
     }
-}
-
-/// The result of sampling the hemisphere once.
-struct HemisphereEstimate {
-    light: Expansion,
-    distance: Vec<f32>,
 }

@@ -21,7 +21,7 @@ pub mod hemisphere;
 mod record;
 
 use super::indirect::Indirect;
-use super::path::{PathIntegrator, PathScratch};
+use super::path::PathIntegrator;
 use super::{CameraRay, RayCounts, technique::Weighted};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
@@ -31,6 +31,7 @@ use crate::math::vec::Vec3;
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
+pub use gather::GatherScratch;
 use gather::Gatherer;
 pub use record::Record;
 use rstar::RTree;
@@ -194,16 +195,17 @@ impl CacheLookup<'_> {
         camera_ray: &CameraRay,
         hit: Option<Hit>,
         numbers: [u32; 2],
-        scratch: &mut PathScratch<E>,
+        scratch: &mut GatherScratch<E, S>,
     ) -> Option<LookupResult> {
         let is_limited = self.integrator.max_bounces.is_some();
         let mut of_record = sampler.clone();
         let find = |at: &Interaction<E>, bsdf: &Bsdf, bounce| {
             IrradianceCache::albedo(bsdf, bounce, is_limited).map(|_| *at)
         };
+        let paths = &mut scratch.paths;
         let at = self
             .integrator
-            .find_surface(self.scene, sampler, camera_ray, hit, scratch, find)?;
+            .find_surface(self.scene, sampler, camera_ray, hit, paths, find)?;
         self.at_surface(&at, &mut of_record, numbers, scratch)
     }
 
@@ -212,7 +214,7 @@ impl CacheLookup<'_> {
         at: &Interaction<E>,
         sampler: &mut S,
         numbers: [u32; 2],
-        scratch: &mut PathScratch<E>,
+        scratch: &mut GatherScratch<E, S>,
     ) -> Option<LookupResult> {
         let count = self.cache.count(at.p, at.frame.n);
         if count > 0 || !self.makes_records {

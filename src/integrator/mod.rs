@@ -74,11 +74,11 @@ impl Default for SampleLanes {
 
 impl SampleLanes {
     /// Adds a sample in a lane, given its camera ray and the hit on it.
-    pub fn add(&mut self, lane: usize, camera_ray: &CameraRay, found: Option<Hit>) {
+    pub fn add(&mut self, lane: usize, camera_ray: &CameraRay, hit: Option<Hit>) {
         self.active.set(lane, true);
         self.packet.rays.set(lane, &camera_ray.ray);
         self.packet.rays.time[lane] = camera_ray.time;
-        self.packet.set_hit(lane, found);
+        self.packet.set_hit(lane, hit);
         self.ends[lane] = camera_ray.ray.t_max;
     }
 
@@ -160,14 +160,14 @@ pub trait Integrator: Copy + Send + Sync {
     ) {
         for (samplers, samples) in samplers.chunks_mut(LANES).zip(samples) {
             for lane in samples.active.each() {
-                let (camera_ray, found) = samples.camera_ray(lane);
+                let (camera_ray, hit) = samples.camera_ray(lane);
                 let sampler = &mut samplers[lane];
                 let mut rays = RayCounts::default();
                 let radiance = self.radiance::<E, S, O>(
                     scene,
                     sampler,
                     &camera_ray,
-                    found,
+                    hit,
                     &mut rays,
                     scratch,
                     observer,
@@ -188,7 +188,7 @@ pub trait Integrator: Copy + Send + Sync {
         scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
-        found: Option<Hit>,
+        hit: Option<Hit>,
         rays: &mut RayCounts,
         scratch: &mut Self::Scratch<'a, E>,
         observer: &mut O,
@@ -206,13 +206,13 @@ pub trait Integrator: Copy + Send + Sync {
         scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
-        found: Option<Hit>,
+        hit: Option<Hit>,
         rays: &mut RayCounts,
         scratch: &mut Self::Scratch<'a, E>,
         observer: &mut O,
         _splats: &mut SplatList<'_>,
     ) -> Rgb {
-        self.radiance::<E, S, O>(scene, sampler, camera_ray, found, rays, scratch, observer)
+        self.radiance::<E, S, O>(scene, sampler, camera_ray, hit, rays, scratch, observer)
     }
 
     /// The number of pixels that share their paths; above one, the samples of a packet have to be estimated together.

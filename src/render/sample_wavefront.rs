@@ -309,9 +309,9 @@ impl SampleWavefront {
     }
 
     /// The index of a sample in its pixel, and the pixel, by the sample's index in the wavefront.
-    pub fn sample_of(&self, place: u32) -> (u64, [u32; 2]) {
-        let PacketIndex { block, sample } = self.indices[place as usize / LANES];
-        (sample, block.pixel(place as usize % LANES))
+    pub fn sample_of(&self, sample_index: u32) -> (u64, [u32; 2]) {
+        let PacketIndex { block, sample } = self.indices[sample_index as usize / LANES];
+        (sample, block.pixel(sample_index as usize % LANES))
     }
 
     /// The value of a sample, once it is estimated: radiance along the camera ray, times the filter weight if its position is

@@ -262,11 +262,16 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         if !self.estimator.integrator.light_paths().is_on() {
             return;
         }
-        let found = &mut self.light_path_splats;
+        let of_wavefront = &mut self.light_path_splats;
         self.wavefront
-            .trace_light_paths(&mut self.estimator, tile.window, found);
-        for LightPathSplat { path, splat, gain } in found.splats.drain(..) {
-            let (sample, [x, y]) = self.wavefront.sample_of(path);
+            .trace_light_paths(&mut self.estimator, tile.window, of_wavefront);
+        for LightPathSplat {
+            sample_index,
+            splat,
+            gain,
+        } in of_wavefront.splats.drain(..)
+        {
+            let (sample, [x, y]) = self.wavefront.sample_of(sample_index);
             let Splat {
                 film_position: film,
                 value,

@@ -147,10 +147,10 @@ fn differing((scene, size): (&Scene, Vec2), samples: u64) -> (u64, u64) {
             kind: SubpathKind::Camera,
             ray,
             origin: ray.origin,
-            found: scene.accel.intersect(&ray, time, None),
+            hit: scene.accel.intersect(&ray, time, None),
             ray_density: camera.1,
             beta: Rgb::WHITE,
-            most: Some(5),
+            max_surfaces: Some(5),
         };
         subpath_sampler.sample::<Everything>(start, &mut of_camera);
         let (camera_subpath, surfaces) = (&of_camera, light.subpath.vertices.len());

@@ -81,14 +81,14 @@ impl Integrator for Bidirectional {
         scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
-        found: Option<Hit>,
+        hit: Option<Hit>,
         rays: &mut RayCounts,
         scratch: &mut SubpathScratch<'a, E>,
         observer: &mut O,
     ) -> Rgb {
         let splats = &mut SplatList::none();
         self.radiance_and_splats::<E, S, O>(
-            scene, sampler, camera_ray, found, rays, scratch, observer, splats,
+            scene, sampler, camera_ray, hit, rays, scratch, observer, splats,
         )
     }
 
@@ -97,7 +97,7 @@ impl Integrator for Bidirectional {
         scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
-        found: Option<Hit>,
+        hit: Option<Hit>,
         rays: &mut RayCounts,
         scratch: &mut SubpathScratch<'a, E>,
         observer: &mut O,
@@ -113,7 +113,7 @@ impl Integrator for Bidirectional {
             None => radiance += it.value(),
         };
         self.contributions::<E, S, O>(
-            scene, sampler, camera_ray, found, rays, scratch, observer, reaches, take,
+            scene, sampler, camera_ray, hit, rays, scratch, observer, reaches, take,
         );
         radiance
     }
@@ -131,7 +131,7 @@ impl Bidirectional {
         scene: &'a Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
-        found: Option<Hit>,
+        hit: Option<Hit>,
         rays: &mut RayCounts,
         scratch: &mut SubpathScratch<'a, E>,
         observer: &mut O,
@@ -146,8 +146,8 @@ impl Bidirectional {
         let mut subpath_sampler = self.subpath_sampler(scene, camera_ray, sampler, rays, observer);
         let of_light = self.max_bounces.map(u64::from);
         let light = self.sample_light_subpath(&mut subpath_sampler, of_light, light);
-        let of_camera = self.max_bounces.map(|most| u64::from(most) + 1);
-        self.sample_camera_subpath(&mut subpath_sampler, camera_ray, found, of_camera, camera);
+        let of_camera = self.max_bounces.map(|limit| u64::from(limit) + 1);
+        self.sample_camera_subpath(&mut subpath_sampler, camera_ray, hit, of_camera, camera);
         let subpaths = (light, &*camera);
         let mut connector = self.connector(scene, camera_ray.time, subpaths, whole, rays, observer);
         let viewpoint = |u| scene.camera.viewpoint::<E>(u, camera_ray.time);
@@ -182,8 +182,8 @@ impl Bidirectional {
         let mut subpath_sampler = self.subpath_sampler(scene, camera_ray, sampler, rays, observer);
         let mut of_light = None;
         if s > 1 {
-            let most = Some(s as u64 - 1);
-            of_light = self.sample_light_subpath(&mut subpath_sampler, most, light);
+            let max_surfaces = Some(s as u64 - 1);
+            of_light = self.sample_light_subpath(&mut subpath_sampler, max_surfaces, light);
             if of_light
                 .as_ref()
                 .is_none_or(|it| it.subpath.vertices.len() + 1 < s)
@@ -193,9 +193,9 @@ impl Bidirectional {
         }
         camera.clear();
         if t > 1 {
-            let found = scene.accel.intersect(&ray, time, None);
-            let most = Some(t as u64 - 1);
-            self.sample_camera_subpath(&mut subpath_sampler, camera_ray, found, most, camera);
+            let hit = scene.accel.intersect(&ray, time, None);
+            let max_surfaces = Some(t as u64 - 1);
+            self.sample_camera_subpath(&mut subpath_sampler, camera_ray, hit, max_surfaces, camera);
         }
         let subpaths = (of_light, &*camera);
         let mut connector = self.connector(scene, time, subpaths, whole, rays, observer);
@@ -244,13 +244,13 @@ impl Bidirectional {
         }
     }
 
-    /// Samples a camera subpath of at most `most` surfaces, along a camera ray with the closest hit `found`.
+    /// Samples a camera subpath of at most `max_surfaces` surfaces, along a camera ray with the closest hit `hit`.
     fn sample_camera_subpath<'a, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         subpath_sampler: &mut SubpathSampler<'a, '_, S, O>,
         &CameraRay { ray, time }: &CameraRay,
-        found: Option<Hit>,
-        most: Option<u64>,
+        hit: Option<Hit>,
+        max_surfaces: Option<u64>,
         subpath: &mut Subpath<'a, E>,
     ) {
         // Rays through the middle of the lens give the density of rays through any of its points.
@@ -265,22 +265,22 @@ impl Bidirectional {
             kind: SubpathKind::Camera,
             ray,
             origin: ray.origin,
-            found,
+            hit,
             ray_density: RayDensity::Point(per_steradian / self.film_area),
             beta: Rgb::WHITE,
-            most,
+            max_surfaces,
         };
         subpath_sampler.sample::<E>(start, subpath);
     }
 
-    /// Samples a light subpath of at most `most` surfaces; `None` where no light emits, or no surface is hit.
+    /// Samples a light subpath of at most `max_surfaces` surfaces; `None` where no light emits, or no surface is hit.
     fn sample_light_subpath<'a, 'w, E: Effects, S: Sampler, O: PathObserver + ?Sized>(
         &self,
         subpath_sampler: &mut SubpathSampler<'a, '_, S, O>,
-        most: Option<u64>,
+        max_surfaces: Option<u64>,
         subpath: &'w mut Subpath<'a, E>,
     ) -> Option<LightSubpath<'a, 'w, E>> {
-        if most == Some(0) {
+        if max_surfaces == Some(0) {
             return None;
         }
         let (scene, time) = (subpath_sampler.scene, subpath_sampler.time);
@@ -297,10 +297,10 @@ impl Bidirectional {
             kind: SubpathKind::Light,
             ray,
             origin: sample.origin,
-            found: scene.accel.intersect(&ray, time, None),
+            hit: scene.accel.intersect(&ray, time, None),
             ray_density,
             beta: sample.flux(pmf),
-            most,
+            max_surfaces,
         };
         subpath_sampler.sample::<E>(start, subpath);
         let first = subpath.vertices.first()?;

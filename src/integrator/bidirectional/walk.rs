@@ -41,13 +41,13 @@ pub struct SubpathStart {
     /// The point from which the ray comes; the ray begins just beyond.
     pub origin: Vec3,
     /// The closest hit on the ray.
-    pub found: Option<Hit>,
+    pub hit: Option<Hit>,
     /// The density of such rays.
     pub ray_density: RayDensity,
     /// The initial throughput.
     pub beta: Rgb,
     /// The largest number of surfaces.
-    pub most: Option<u64>,
+    pub max_surfaces: Option<u64>,
 }
 
 /// The vertices of a subpath, and how it ended.
@@ -131,10 +131,10 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             kind,
             mut ray,
             mut origin,
-            mut found,
+            mut hit,
             mut ray_density,
             mut beta,
-            most,
+            max_surfaces,
         } = start;
         subpath.clear();
         let mut excluded = None;
@@ -142,11 +142,11 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
         let mut left = Rgb::WHITE;
         let rule = self.roulette.survival();
         for bounce in 0.. {
-            let is_last = most.is_some_and(|most| u64::from(bounce) + 1 >= most);
+            let is_last = max_surfaces.is_some_and(|limit| u64::from(bounce) + 1 >= limit);
             let u_alpha = self.u_alpha::<E>(kind, bounce);
             let met = self
                 .scene
-                .surface_interaction::<E>(&ray, self.time, excluded, u_alpha, found);
+                .surface_interaction::<E>(&ray, self.time, excluded, u_alpha, hit);
             let Some(at) = met else {
                 self.watch(kind, |observer| observer.escaped(ray.dir));
                 subpath.escape = Some(Escape {
@@ -206,7 +206,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             self.rays.closest += 1;
             let ray_kind = RayKind::extension(bounce, step.sample.pdf.is_none());
             self.observer.traced(ray_kind, &ray, self.time);
-            found = self.scene.accel.intersect(&ray, self.time, excluded);
+            hit = self.scene.accel.intersect(&ray, self.time, excluded);
         }
     }
 

@@ -122,8 +122,8 @@ pub struct LightPathSplats<'a> {
 /// A splat of a light path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightPathSplat {
-    /// The index of the path in the wavefront.
-    pub path: u32,
+    /// The index of the sample in the wavefront.
+    pub sample_index: u32,
     /// The splat.
     pub splat: Splat,
     /// The variance that the light path saves, in squares of the splat's unit; zero unless gains are wanted.

@@ -110,13 +110,13 @@ impl<C: TechniqueSource, K: Indirect> Integrator for PathIntegrator<C, K> {
         scene: &Scene,
         sampler: &mut S,
         camera_ray: &CameraRay,
-        found: Option<Hit>,
+        hit: Option<Hit>,
         rays: &mut RayCounts,
         scratch: &mut PathScratch<E>,
         observer: &mut O,
     ) -> Rgb {
         let mut samples = SampleLanes::default();
-        samples.add(0, camera_ray, found);
+        samples.add(0, camera_ray, hit);
         let (samplers, samples) = (slice::from_mut(sampler), slice::from_mut(&mut samples));
         self.radiances::<E, S, O>(scene, samplers, samples, scratch, observer);
         let estimate = samples[0].estimate(0);
@@ -225,11 +225,11 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 cached = self.cached_indirect(wavefront, block, stage);
             }
             let states = LaneStates::gather(wavefront.samplers, &block.active, &block.sample_index);
-            let lit = self.sample_lights(wavefront, block, stage, &states);
+            let nee_lanes = self.sample_lights(wavefront, block, stage, &states);
             let decision = Decision::Bsdf(wavefront.bounce);
-            self.sample_bsdfs(wavefront, block, stage, &states, &lit, decision);
-            self.compute_light_path_ratios(wavefront, block, stage, &lit);
-            self.estimate_direct_light(wavefront, block, stage, &lit, &cached.lanes);
+            self.sample_bsdfs(wavefront, block, stage, &states, &nee_lanes, decision);
+            self.compute_light_path_ratios(wavefront, block, stage, &nee_lanes);
+            self.estimate_direct_light(wavefront, block, stage, &nee_lanes, &cached.lanes);
             if wavefront.observer.is_sequential() {
                 wavefront.trace_shadow_rays(block, stage);
             }

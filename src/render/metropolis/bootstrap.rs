@@ -135,8 +135,8 @@ impl KernelJob for ChunkJob<'_> {
         for sample in self.samples.take_while(|_| !(context.is_cancelled)()) {
             let sample = sample as u32;
             point.restart(self.bootstrap.seed_of(sample));
-            let found = context.evaluate(None, &mut point, &mut tally, &mut scratch);
-            paths.extend(found.iter().map(|it| ChainStart::new(sample, it)));
+            let evaluated = context.evaluate(None, &mut point, &mut tally, &mut scratch);
+            paths.extend(evaluated.iter().map(|it| ChainStart::new(sample, it)));
         }
         (paths, tally)
     }

@@ -199,7 +199,7 @@ impl<'a> ChainContext<'a> {
             );
             found.into_iter().flatten().for_each(take);
         } else {
-            let (found, observer) = (
+            let (hit, observer) = (
                 scene.accel.intersect(&ray, time, None),
                 &mut NullPathObserver,
             );
@@ -207,7 +207,7 @@ impl<'a> ChainContext<'a> {
                 scene,
                 sampler,
                 &camera_ray,
-                found,
+                hit,
                 rays,
                 subpaths,
                 observer,

@@ -110,7 +110,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 let value = load::<Rgb>(&lights.contribution, lane) * visible[lane];
                 let film_position = connections[lane].film.position;
                 splats.splats.push(LightPathSplat {
-                    path: block.sample_index[lane],
+                    sample_index: block.sample_index[lane],
                     splat: Splat {
                         film_position,
                         value,

@@ -11,9 +11,27 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use tempfile::{Builder, NamedTempFile};
 
+/// What becomes of a file that is there already.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExistingFile {
+    /// It is replaced.
+    Replace,
+    /// It is kept, and writing fails, also if it appears only meanwhile.
+    Keep,
+}
+
 /// Replaces the file at `path` atomically by the output of `write`.
 pub fn write_atomically(
     path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<()> {
+    write_beside(path, ExistingFile::Replace, write)
+}
+
+/// Writes a temporary file and renames it.
+fn write_beside(
+    path: &Path,
+    existing: ExistingFile,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<()> {
     let cannot_write = |cause| Error::io("cannot write", path, cause);
@@ -32,19 +50,22 @@ pub fn write_atomically(
     fill(temporary.as_file_mut()).map_err(cannot_write)?;
     // Some file systems report only now that there is no room.
     temporary.as_file().sync_all().map_err(cannot_write)?;
-    temporary
-        .persist(&target)
-        .map_err(|failure| cannot_write(failure.error))?;
+    let persisted = match existing {
+        ExistingFile::Replace => temporary.persist(&target),
+        ExistingFile::Keep => temporary.persist_noclobber(&target),
+    };
+    persisted.map_err(|failure| cannot_write(failure.error))?;
     Ok(())
 }
 
-/// Replaces the file at `path` by the output of `write`, atomically also if the power fails: the file is on the disk
-/// before it is renamed.
+/// Writes the output of `write` to a file at `path`, atomically also if the power fails: the file is on the disk before
+/// it is renamed.
 pub fn write_durably(
     path: &Path,
+    existing: ExistingFile,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<()> {
-    write_atomically(path, write)?;
+    write_beside(path, existing, write)?;
     // Where a folder cannot be opened, the new name is on the disk somewhat later.
     if let Ok(folder) = File::open(folder_of(path)) {
         folder
@@ -181,6 +202,22 @@ mod tests {
         assert_eq!(error.kind(), ErrorKind::Io);
         assert_eq!(error.file(), Some(path.as_path()));
         assert_eq!(std::fs::read_to_string(&path).expect("read"), "old");
+        assert_eq!(names(folder.path()), ["a.txt"]);
+    }
+
+    #[test]
+    fn existing_files_are_kept_on_request() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.txt");
+        let write = |text: &'static str| {
+            write_durably(&path, ExistingFile::Keep, |writer| {
+                writer.write_all(text.as_bytes())
+            })
+        };
+        write("first").expect("written");
+        let error = write("second").expect_err("there is a file");
+        assert_eq!(error.file(), Some(path.as_path()));
+        assert_eq!(std::fs::read_to_string(&path).expect("read"), "first");
         assert_eq!(names(folder.path()), ["a.txt"]);
     }
 

@@ -9,6 +9,7 @@ use super::{Rendering, Session, layers};
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::image::Layer;
+use crate::image::atomic::ExistingFile;
 use crate::integrator::kind::IntegratorKind;
 use crate::render::adaptive::allocation::Allocation;
 use crate::render::options::RenderOptions;
@@ -251,7 +252,8 @@ impl Rendering {
             true => session.threads.run(|| self.layers_of_scene(session)),
             false => vec![],
         };
-        save(header, &self.rendered, layers, path)
+        let existing = ExistingFile::Replace;
+        save(header, &self.rendered, layers, path, existing)
     }
 
     /// The header that state files of this render have in common, for the packages of this workspace.
@@ -334,6 +336,7 @@ pub fn save(
     rendered: &Rendered,
     layers: Vec<Layer>,
     path: &Path,
+    existing: ExistingFile,
 ) -> Result<()> {
     if header.identity.name("integrator") == IntegratorKind::Metropolis.name() && is_cut(rendered) {
         return Err(Error::usage(
@@ -343,7 +346,7 @@ pub fn save(
     }
     let header = header.of(rendered, &layers);
     let allocation = rendered.allocation.as_deref();
-    State::write_parts(&header, &rendered.film, &layers, allocation, path)
+    State::write_parts(&header, &rendered.film, &layers, allocation, path, existing)
 }
 
 /// Whether Markov chains have splats of a pass that is not complete.

@@ -10,7 +10,7 @@
 use super::file::{read_bytes, with_checksum};
 use super::fingerprint::Fingerprint;
 use crate::error::{Error, ErrorKind, Result};
-use crate::image::atomic::write_durably;
+use crate::image::atomic::{ExistingFile, write_durably};
 use crate::integrator::irradiance_cache::{IrradianceCache, Record};
 use std::io::Write;
 use std::path::Path;
@@ -28,7 +28,9 @@ pub fn write(cache: &IrradianceCache, identity: &Fingerprint, path: &Path) -> Re
         .map_err(|error| Error::render("cannot write the identity").because(error))?;
     let bytes = postcard::to_extend(&(identity, cache.records()), MAGIC.to_vec());
     let bytes = with_checksum(bytes.map_err(failed)?);
-    write_durably(path, |writer| writer.write_all(&bytes))
+    write_durably(path, ExistingFile::Replace, |writer| {
+        writer.write_all(&bytes)
+    })
 }
 
 /// Reads the cache of a render of this identity, whose allowed error is `bound`.

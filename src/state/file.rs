@@ -9,7 +9,7 @@ use super::header::{StateHeader, damaged};
 use crate::error::{Error, ErrorKind, Result};
 use crate::film::Film;
 use crate::image::Layer;
-use crate::image::atomic::write_durably;
+use crate::image::atomic::{ExistingFile, write_durably};
 use crate::memory;
 use crate::render::adaptive::allocation::Allocation;
 use std::fs;
@@ -38,10 +38,11 @@ pub fn write(
     layers: &[Layer],
     allocation: Option<&Allocation>,
     path: &Path,
+    existing: ExistingFile,
 ) -> Result<()> {
     let text = serde_json::to_vec(header)
         .map_err(|error| Error::render("cannot write the header").because(error))?;
-    write_durably(path, |writer| {
+    write_durably(path, existing, |writer| {
         let mut summed = Summed {
             writer,
             hasher: blake3::Hasher::new(),

@@ -37,6 +37,7 @@ use crate::error::{Error, Result};
 use crate::film::batches::BATCHES;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::Layer;
+use crate::image::atomic::ExistingFile;
 use crate::render::adaptive::allocation::Allocation;
 use crate::render::convergence::{ErrorRecord, Forecast, stated};
 use crate::render::settings::SamplerKind;
@@ -145,10 +146,23 @@ impl State {
     /// A file that cannot be written; one that was there before is then unchanged.
     pub fn write(&self, path: &Path) -> Result<()> {
         let allocation = self.allocation.as_deref();
-        Self::write_parts(&self.header, &self.film, &self.layers, allocation, path)
+        let Self {
+            header,
+            film,
+            layers,
+            ..
+        } = self;
+        Self::write_parts(
+            header,
+            film,
+            layers,
+            allocation,
+            path,
+            ExistingFile::Replace,
+        )
     }
 
-    /// Writes the parts of a state to a file, as [`Self::write`] does.
+    /// Writes the parts of a state to a file, as [`Self::write`] does, or keeps a file that is there.
     ///
     /// # Errors
     /// The errors of [`Self::write`].
@@ -158,9 +172,10 @@ impl State {
         layers: &[Layer],
         allocation: Option<&Allocation>,
         path: &Path,
+        existing: ExistingFile,
     ) -> Result<()> {
         let allocation = allocation.filter(|_| header.has_allocation);
-        file::write(header, film, layers, allocation, path)
+        file::write(header, film, layers, allocation, path, existing)
     }
 
     /// Reads a state file.

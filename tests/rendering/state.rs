@@ -4,6 +4,7 @@ use crate::common::scene_folder::SMALL;
 use crate::common::session::{CancelAfter, folder, session};
 use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::image::LayeredImage;
+use etendue::internals::image::atomic::ExistingFile;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{Adaptive, Budget, SamplerKind};
@@ -301,6 +302,7 @@ fn state_resumes_to_more_samples_and_to_an_error_target() {
             &[],
             None,
             &file,
+            ExistingFile::Replace,
         )
         .expect("it is written");
         let ended = resumed(&to_error);

@@ -6,6 +6,7 @@ use crate::common::session::{folder, session};
 use etendue::ErrorKind;
 use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::film::{Film, Window};
+use etendue::internals::image::atomic::ExistingFile;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::NullRenderObserver;
 use etendue::internals::render::options::RenderOptions;
@@ -48,7 +49,15 @@ fn path() -> RenderOptions {
 }
 
 fn write(state: &State, header: &StateHeader, file: &Path) {
-    State::write_parts(header, &state.film, &state.layers, None, file).expect("it is written");
+    State::write_parts(
+        header,
+        &state.film,
+        &state.layers,
+        None,
+        file,
+        ExistingFile::Replace,
+    )
+    .expect("it is written");
 }
 
 #[test]
@@ -126,10 +135,12 @@ fn header_with_more_sums_than_its_body_is_rejected_before_allocation() {
     let mut header = state.header.clone();
     (header.window, header.tile_size, header.border_size) = (window, 32, 0);
     (header.done, header.splat_samples) = (vec![], None);
-    State::write_parts(&header, &film, &[], None, &file).expect("it is written");
+    State::write_parts(&header, &film, &[], None, &file, ExistingFile::Replace)
+        .expect("it is written");
     State::read(&file).expect("a black film");
     header.border_size = 4;
-    State::write_parts(&header, &film, &[], None, &file).expect("it is written");
+    State::write_parts(&header, &film, &[], None, &file, ExistingFile::Replace)
+        .expect("it is written");
     let error = State::read(&file).expect_err("the body is too short");
     assert!(error.to_string().contains("take at least"), "{error}");
 }

@@ -7,7 +7,7 @@
 use crate::args::RenderArguments;
 use crate::output::Watcher;
 use etendue::internals::film::Film;
-use etendue::internals::image::atomic::check_creatable;
+use etendue::internals::image::atomic::{ExistingFile, check_creatable};
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::{Progress, RenderObserver, Rendered};
 use etendue::internals::session::states::save;
@@ -211,6 +211,14 @@ pub fn write(
 
 /// Writes a checkpoint, unless another process has written one of another render or of more samples there.
 fn save_over(header: StateHeader, rendered: &Rendered, path: &Path) -> Result<()> {
+    let is_first = path.symlink_metadata().is_err();
+    if is_first {
+        let saved = save(header.clone(), rendered, vec![], path, ExistingFile::Keep);
+        // If there is a file now, another process was quicker.
+        if saved.is_ok() || path.symlink_metadata().is_err() {
+            return saved;
+        }
+    }
     if let Ok(old) = read_header(path) {
         let is_other = old.identity != header.identity || old.shard != header.shard;
         if old.samples() > 0 && (is_other || old.samples() > rendered.spp) {
@@ -220,7 +228,7 @@ fn save_over(header: StateHeader, rendered: &Rendered, path: &Path) -> Result<()
             .in_file(path));
         }
     }
-    save(header, rendered, vec![], path)
+    save(header, rendered, vec![], path, ExistingFile::Replace)
 }
 
 /// Shows progress, forwards Ctrl-C, and writes checkpoints.

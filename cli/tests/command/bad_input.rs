@@ -327,8 +327,8 @@ fn invalid_obj_and_mtl_files_are_rejected() {
     for (text, line, word) in [
         ("Kd 1 1 1\n", 1, "newmtl first"),
         ("newmtl a\nKd 1 1\n", 2, "three numbers"),
-        ("newmtl a\nKd 2 1 1\n", 2, "from 0 to 1"),
-        ("newmtl a\nPr nan\n", 2, "from 0 to 1"),
+        ("newmtl a\nKd -2 1 1\n", 2, "at least 0"),
+        ("newmtl a\nPr nan\n", 2, "at least 0"),
         ("newmtl a\nNi 1e300\n", 2, "expected a number"),
         ("newmtl\n", 1, "expected a name"),
     ] {

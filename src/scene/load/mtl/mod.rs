@@ -103,9 +103,8 @@ pub fn read(
         let Some(entry) = &mut current else {
             return Err(at(Error::scene("expected newmtl first")));
         };
-        if let Some(note) = entry.set(key, rest, line).map_err(at)? {
-            let place = Place::on_line(path, line);
-            contents.note(Note::at(place, NoteKind::Omission, note));
+        if let Some((kind, text)) = entry.set(key, rest, line).map_err(at)? {
+            contents.note(Note::at(Place::on_line(path, line), kind, text));
         }
     }
     known.extend(current.map(|entry| (entry.name.clone(), entry)));
@@ -134,25 +133,30 @@ impl MtlMaterial {
         }
     }
 
-    /// Reads one line; returns a note for the user, if any.
-    fn set(&mut self, key: &str, rest: &str, line: usize) -> Result<Option<String>> {
-        let mut note = None;
+    /// Reads one line; returns the kind and the text of a note for the user, if any.
+    fn set(&mut self, key: &str, rest: &str, line: usize) -> Result<Option<(NoteKind, String)>> {
+        let mut omission = None;
+        let mut is_clamped = false;
+        let mut share = |number: f32| {
+            is_clamped |= number > 1.0;
+            number.min(1.0)
+        };
         let key = match key {
             "map_bump" | "bump" => BUMPS,
             key => key,
         };
         match key {
-            "Kd" => self.diffuse = colour(rest, 1.0)?,
-            "Ke" => self.emission = colour(rest, f32::MAX)?,
-            "Ni" => self.ior = number(rest, f32::MAX)?,
-            "Ns" => self.shininess = number(rest, f32::MAX)?,
-            "Tf" => self.transmission = Some(colour(rest, 1.0)?.max_channel()),
-            "Pr" => self.roughness = Some(number(rest, 1.0)?),
-            "Pm" => self.metallic = number(rest, 1.0)?,
-            "Pc" => self.coat[0] = number(rest, 1.0)?,
-            "Pcr" => self.coat[1] = number(rest, 1.0)?,
+            "Kd" => self.diffuse = Rgb::from(colour(rest)?.to_array().map(&mut share)),
+            "Ke" => self.emission = colour(rest)?,
+            "Ni" => self.ior = number(rest)?,
+            "Ns" => self.shininess = number(rest)?,
+            "Tf" => self.transmission = Some(share(colour(rest)?.max_channel())),
+            "Pr" => self.roughness = Some(share(number(rest)?)),
+            "Pm" => self.metallic = share(number(rest)?),
+            "Pc" => self.coat[0] = share(number(rest)?),
+            "Pcr" => self.coat[1] = share(number(rest)?),
             // Other values than black have no meaning here, so that they may be of any kind.
-            "Ks" => self.has_no_highlights = colour(rest, f32::MAX).is_ok_and(Rgb::is_black),
+            "Ks" => self.has_no_highlights = colour(rest).is_ok_and(Rgb::is_black),
             "illum" => {
                 let model = rest.split_whitespace().next().unwrap_or(rest).parse();
                 let expected =
@@ -161,20 +165,21 @@ impl MtlMaterial {
             }
             "d" => {
                 let rest = rest.strip_prefix("-halo ").unwrap_or(rest);
-                self.opacity = Some(number(rest, 1.0)?);
+                self.opacity = Some(share(number(rest)?));
             }
-            "Tr" => self.transparency = number(rest, 1.0)?,
+            "Tr" => self.transparency = share(number(rest)?),
             _ if PASSED_OVER.contains(&key) => {}
             _ if NOT_DRAWN.contains(&key) => {
-                note = Some(format!("{key} is not supported by this version; left out"));
+                omission = Some(format!("{key} is not supported by this version; left out"));
             }
             _ => {
                 let Some(picture) = PICTURES.iter().find(|picture| **picture == key) else {
-                    return Ok(Some(unknown_name("key", key, READ)));
+                    return Ok(Some((NoteKind::Omission, unknown_name("key", key, READ))));
                 };
                 let (options, file) = split_options(rest);
                 if file.is_empty() {
-                    return Ok(Some("an image without a file; left out".to_owned()));
+                    let text = "an image without a file; left out";
+                    return Ok(Some((NoteKind::Omission, text.to_owned())));
                 }
                 let path = found(&self.place.file, file);
                 let strength = ["norm", BUMPS]
@@ -185,7 +190,7 @@ impl MtlMaterial {
                 if let Some(strength) = strength {
                     self.bump_strength = strength;
                 } else if !options.is_empty() {
-                    note = Some(format!(
+                    omission = Some(format!(
                         "the options {} of an image are not supported",
                         shown(options)
                     ));
@@ -193,7 +198,11 @@ impl MtlMaterial {
                 self.pictures.insert(picture, (path, line));
             }
         }
-        Ok(note)
+        if is_clamped {
+            let text = format!("{key} {} is above 1 and counts as 1", shown(rest));
+            return Ok(Some((NoteKind::Approximation, text)));
+        }
+        Ok(omission.map(|text| (NoteKind::Omission, text)))
     }
 }
 
@@ -220,18 +229,39 @@ mod tests {
         for (key, rest) in [
             ("Kd", "1 1"),
             ("Kd", "1 1 1 1"),
-            ("Kd", "2 0 0"),
+            ("Kd", "-1 0 0"),
             ("Kd", "x 0 0"),
             ("Kd", ""),
             ("Ke", "-1 0 0"),
             ("Ke", "1e39 0 0"),
             ("Ke", "nan 0 0"),
             ("Ni", "inf"),
-            ("Pr", "1.5"),
+            ("Pr", "-0.5"),
             ("d", ""),
             ("illum", "2.5"),
         ] {
             assert!(entry.set(key, rest, 2).is_err(), "{key} {rest}");
         }
+    }
+
+    #[test]
+    fn shares_above_one_count_as_one_with_a_note() {
+        let mut entry = MtlMaterial::new("m", Path::new("m.mtl"), 1);
+        for (key, rest) in [
+            ("Kd", "1.2 0.5 0"),
+            ("Pr", "1.5"),
+            ("d", "2"),
+            ("Tf", "0 3 0"),
+        ] {
+            let note = entry.set(key, rest, 2).expect("a valid line");
+            let (kind, text) = note.expect("a note");
+            assert_eq!(kind, NoteKind::Approximation);
+            assert!(text.contains("above 1"), "{text}");
+        }
+        assert_eq!(entry.diffuse, Rgb::new(1.0, 0.5, 0.0));
+        assert_eq!(entry.roughness, Some(1.0));
+        assert_eq!(entry.opacity, Some(1.0));
+        assert_eq!(entry.transmission, Some(1.0));
+        assert!(entry.set("Kd", "1", 2).expect("a valid line").is_none());
     }
 }

@@ -36,21 +36,18 @@ fn after_word(text: &str) -> &str {
         .map_or("", |(_, rest)| rest.trim_start())
 }
 
-/// Parses one number from 0 to `most`.
-pub fn number(text: &str, most: f32) -> Result<f32> {
+/// Parses one number of at least 0.
+pub fn number(text: &str) -> Result<f32> {
     let first = text.split_whitespace().next().unwrap_or("nothing");
-    let number = first.parse().ok().filter(|x| (0.0..=most).contains(x));
+    let number = first.parse().ok().filter(is_valid);
     number.ok_or_else(|| {
-        Error::scene(format!(
-            "expected a number {}, found {}",
-            range(most),
-            shown(first)
-        ))
+        let found = shown(first);
+        Error::scene(format!("expected a number of at least 0, found {found}"))
     })
 }
 
-/// Parses three numbers from 0 to `most`, or one for all three.
-pub fn colour(text: &str, most: f32) -> Result<Rgb> {
+/// Parses three numbers of at least 0, or one for all three.
+pub fn colour(text: &str) -> Result<Rgb> {
     let words = text.split_whitespace().map(|word| word.parse().ok());
     let channels: Option<Vec<f32>> = words.take(4).collect();
     let colour = match channels.as_deref() {
@@ -58,22 +55,17 @@ pub fn colour(text: &str, most: f32) -> Result<Rgb> {
         Some([r, g, b]) => Some(Rgb::new(*r, *g, *b)),
         _ => None,
     };
-    let valid = colour.filter(|c| c.to_array().iter().all(|x| (0.0..=most).contains(x)));
+    let valid = colour.filter(|c| c.to_array().iter().all(is_valid));
     valid.ok_or_else(|| {
+        let found = shown(text);
         Error::scene(format!(
-            "expected three numbers {}, found {}",
-            range(most),
-            shown(text)
+            "expected three numbers of at least 0, found {found}"
         ))
     })
 }
 
-fn range(most: f32) -> String {
-    if most == f32::MAX {
-        "of at least 0".to_owned()
-    } else {
-        format!("from 0 to {most}")
-    }
+fn is_valid(number: &f32) -> bool {
+    (0.0..=f32::MAX).contains(number)
 }
 
 #[cfg(test)]

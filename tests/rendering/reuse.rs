@@ -60,8 +60,14 @@ fn compare(
 
 #[test]
 fn path_reuse_agrees_with_path_in_every_block_of_six_scenes() {
-    for (name, scene, power) in &six_scenes() {
-        for reuse in [PathReuse::Sixteen, PathReuse::Four] {
+    let groups = [PathReuse::Sixteen, PathReuse::Four];
+    for (place, (name, scene, power)) in six_scenes().iter().enumerate() {
+        // One of them in turn, unless there is time for both.
+        let groups = match is_nightly() {
+            true => &groups[..],
+            false => &groups[place % 2..=place % 2],
+        };
+        for &reuse in groups {
             compare(name, scene, reuse, *power, None);
         }
     }

@@ -138,14 +138,14 @@ fn self_hits() -> Vec<Case> {
     let case = Case::new(38, name, Claim::exactly(0.0), |trial| {
         let (triangles, rays) = trial.either((1000, 100), (100_000, 1000));
         let mut random = Random::new(trial.seed, 0);
-        let mut met = 0;
+        let mut hits = 0;
         for _ in 0..triangles {
             if (trial.is_cancelled)() {
                 break;
             }
-            met += self_hits_of_one(trial, &mut random, rays)?;
+            hits += self_hits_of_one(trial, &mut random, rays)?;
         }
-        Ok(vec![f64::from(met)])
+        Ok(vec![f64::from(hits)])
     });
     vec![case.costing(30.0)]
 }
@@ -160,16 +160,16 @@ fn self_hits_of_one(trial: &Trial<'_>, random: &mut Random, rays: u32) -> Result
     let world = Arc::new(World::new(vec![Geometry::Mesh(mesh)], vec![], vec![]));
     let accel = Accel::build(world, trial.options)?;
     let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
-    let mut met = 0;
+    let mut hits = 0;
     for _ in 0..rays {
         let u = sample_triangle_uniform(Vec2::new(random.uniform(), random.uniform()));
         let surface = triangle.surface_at(0, &nowhere, 0.0, u.to_array());
         let w = random.direction();
         let normal = surface.ng * w.dot(surface.ng).signum();
         let ray = Ray::new(offset_point(surface.p, surface.error, normal), w);
-        met += u32::from(accel.occluded(&ray, 0.0));
+        hits += u32::from(accel.occluded(&ray, 0.0));
     }
-    Ok(met)
+    Ok(hits)
 }
 
 /// A wall of radiance 1 at z = 0 that covers x >= `edge`, seen around the origin from a height.

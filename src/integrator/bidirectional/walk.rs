@@ -139,16 +139,16 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
         subpath.clear();
         let mut excluded = None;
         // The throughput for Russian roulette.
-        let mut left = Rgb::WHITE;
+        let mut rr_beta = Rgb::WHITE;
         let rule = self.roulette.survival();
         for bounce in 0.. {
             let is_last = max_surfaces.is_some_and(|limit| u64::from(bounce) + 1 >= limit);
             let u_alpha = self.u_alpha::<E>(kind, bounce);
-            let met = self
+            let interaction = self
                 .scene
                 .surface_interaction::<E>(&ray, self.time, excluded, u_alpha, hit);
-            let Some(at) = met else {
-                self.watch(kind, |observer| observer.escaped(ray.dir));
+            let Some(at) = interaction else {
+                self.observe(kind, |observer| observer.escaped(ray.dir));
                 subpath.escape = Some(Escape {
                     direction: ray.dir,
                     ray_density,
@@ -156,7 +156,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
                 });
                 break;
             };
-            self.watch(kind, |observer| observer.arrived(&(&at).into(), beta));
+            self.observe(kind, |observer| observer.arrived(&(&at).into(), beta));
             let density = ray_density.density_at(at.p - origin, at.ng);
             let densities = kind.densities(density, 0.0);
             let u = self.u_connection::<E>(kind, bounce);
@@ -167,7 +167,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
                 self.step(&mut vertex, kind, bounce)
             };
             let Some(step) = step else {
-                self.watch(kind, |observer| observer.absorbed());
+                self.observe(kind, |observer| observer.absorbed());
                 subpath.vertices.push(vertex);
                 break;
             };
@@ -181,27 +181,27 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
             subpath.vertices.push(vertex);
 
             beta *= step.factor;
-            left *= step.reflected;
-            self.watch(kind, |observer| {
+            rr_beta *= step.reflected;
+            self.observe(kind, |observer| {
                 observer.scattered(step.w, step.sample.lobe, beta)
             });
-            let survival = rule.probability(bounce, step.reflected, left);
+            let survival = rule.probability(bounce, step.reflected, rr_beta);
             if survival < 1.0 {
                 let [u] = self.sampler.draw(match kind {
                     SubpathKind::Camera => Decision::Roulette(bounce),
                     SubpathKind::Light => Decision::LightPathRoulette(bounce),
                 });
                 if u >= survival {
-                    self.watch(kind, |observer| observer.terminated(survival));
+                    self.observe(kind, |observer| observer.terminated(survival));
                     break;
                 }
                 let correction = rule.correction(survival);
                 beta *= correction;
-                left *= correction;
+                rr_beta *= correction;
             }
             let through = step.scattering.is_transmitted;
-            let (next, left_behind) = self.scene.spawn(&at, self.time, step.w, through);
-            (ray, excluded, origin) = (next, Some(left_behind), at.p);
+            let (next, next_excluded) = self.scene.spawn(&at, self.time, step.w, through);
+            (ray, excluded, origin) = (next, Some(next_excluded), at.p);
             ray_density = RayDensity::Point(step.forwards.0.into());
             self.rays.closest += 1;
             let ray_kind = RayKind::extension(bounce, step.sample.pdf.is_none());
@@ -212,7 +212,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
 
     /// Calls the observer of a camera subpath.
     #[inline]
-    fn watch(&mut self, kind: SubpathKind, tell: impl FnOnce(&mut O)) {
+    fn observe(&mut self, kind: SubpathKind, tell: impl FnOnce(&mut O)) {
         if kind == SubpathKind::Camera {
             tell(self.observer);
         }

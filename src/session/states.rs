@@ -330,7 +330,7 @@ fn without_pilot(pilot: u64) -> Error {
 /// Writes the state of a render to a file, given the header of its state files.
 ///
 /// # Errors
-/// A file that cannot be written; Markov chains that were interrupted.
+/// A file that cannot be written, or is there and to be kept; Markov chains that were interrupted.
 pub fn save(
     header: StateHeader,
     rendered: &Rendered,

@@ -162,7 +162,7 @@ impl State {
         )
     }
 
-    /// Writes the parts of a state to a file, as [`Self::write`] does, or keeps a file that is there.
+    /// Writes the parts of a state to a file, as [`Self::write`] does, or fails where `existing` keeps one that is there.
     ///
     /// # Errors
     /// The errors of [`Self::write`].

@@ -224,7 +224,11 @@ fn stated_errors(renders: u64, off: &mut Vec<String>) {
             let errors = StatedErrors::of(&renders);
             let case = format!("{name}, {}, {spp} spp", integrator.name());
             println!("| {case} |{errors}");
-            off.extend(errors.wrong().map(|what| format!("{case}: {what}")));
+            off.extend(
+                errors
+                    .out_of_tolerance()
+                    .map(|row| format!("{case}: {row}")),
+            );
         }
     }
 }

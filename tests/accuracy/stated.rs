@@ -59,9 +59,9 @@ impl StatedErrors {
         this
     }
 
-    /// What is wrong with the stated errors: fewer than 93 % of the bounds hold, or the errors are off by more than 10 % and two
+    /// The row of these statistics if they are out of tolerance: fewer than 93 % of the bounds hold, or the errors are off by more than 10 % and two
     /// standard errors in the mean.
-    pub fn wrong(&self) -> Option<String> {
+    pub fn out_of_tolerance(&self) -> Option<String> {
         let bounded = self.ratios.count();
         let off = (self.ratios.mean() - 1.0).abs();
         let errors = self.ratios.standard_error();

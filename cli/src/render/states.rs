@@ -211,8 +211,7 @@ pub fn write(
 
 /// Writes a checkpoint, unless another process has written one of another render or of more samples there.
 fn save_over(header: StateHeader, rendered: &Rendered, path: &Path) -> Result<()> {
-    let is_first = path.symlink_metadata().is_err();
-    if is_first {
+    if path.symlink_metadata().is_err() {
         let saved = save(header.clone(), rendered, vec![], path, ExistingFile::Keep);
         // If there is a file now, another process was quicker.
         if saved.is_ok() || path.symlink_metadata().is_err() {

@@ -54,25 +54,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
         let decision = Decision::Light(wavefront.bounce);
         let samplers = &mut *wavefront.samplers;
+        let (sample_index, u) = (&block.sample_index, &mut context.u);
         if E::ManyLights::ON {
-            S::draw_lanes(
-                samplers,
-                &nee_lanes,
-                &block.sample_index,
-                states,
-                decision,
-                &mut context.u,
-            );
+            S::draw_lanes(samplers, &nee_lanes, sample_index, states, decision, u);
         } else {
-            let point = first_two(&mut context.u);
-            S::draw_lanes(
-                samplers,
-                &nee_lanes,
-                &block.sample_index,
-                states,
-                decision,
-                point,
-            );
+            let point = first_two(u);
+            S::draw_lanes(samplers, &nee_lanes, sample_index, states, decision, point);
         }
         let rules = self.light_sampling();
         if E::ManyLights::ON {

@@ -49,25 +49,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let active = block.active;
         let samplers = &mut *wavefront.samplers;
         let numbers = &mut scattering.numbers;
+        let sample_index = &block.sample_index;
         if has_lobes::<E>() {
-            S::draw_lanes(
-                samplers,
-                &active,
-                &block.sample_index,
-                states,
-                decision,
-                numbers,
-            );
+            S::draw_lanes(samplers, &active, sample_index, states, decision, numbers);
         } else {
             let direction = first_two(numbers);
-            S::draw_lanes(
-                samplers,
-                &active,
-                &block.sample_index,
-                states,
-                decision,
-                direction,
-            );
+            S::draw_lanes(samplers, &active, sample_index, states, decision, direction);
         }
         scattering.lobes = [Lobe::Diffuse; LANES];
         let [u, v, _] = scattering.numbers;

@@ -17,6 +17,8 @@ mkdir -p "$(dirname "$table")"
 # The packages of this workspace alone are built anew; see the wrapper.
 export RUSTC_WORKSPACE_WRAPPER="$PWD/scripts/rustc-with-mutants.sh"
 unset ETENDUE_MUTANT
+# Every case of a test runs: any of them may be the one that finds the bug.
+export ETENDUE_NIGHTLY=1
 # Failures that are meant to be leave no notes in the sources.
 export PROPTEST_DISABLE_FAILURE_PERSISTENCE=1
 

@@ -5,7 +5,7 @@ set -eu
 if [ -z "${ETENDUE_NIGHTLY:-}" ]; then
     echo "not tested: whether tests find the planted bugs (make mutants)"
     echo "not tested: seven in eight cases of the battery with the backends obvhs-bvh2 and obvhs-cwbvh, and those of Markov chains with any (make nightly)"
-    echo "not tested: moving objects, alpha and lamps of instances on two of three backends in each case; the mean of adaptive renders with two of three samplers; error bars and errors asked for in rooms, with the independent sampler, and error bars of rough metal and of caustics at 256 samples per pixel, only at 64; two thirds of the scenes by each integrator of the course, and three quarters of their samples; groups of four pixels that share paths, in most cases; half of the adaptive renders to an error, and most seeds of recommendations (make nightly)"
+    echo "not tested: moving objects, alpha and lamps of instances on two of three backends in each case; the mean of adaptive renders with two of three samplers; error bars and errors asked for in rooms, with the independent sampler, and error bars of rough metal and of caustics at 256 samples per pixel, only at 64; two thirds of the scenes by each integrator of the course, and three quarters of their samples; half of the scenes, kinds of light, numbers of bounces and shares of light paths by \`bdpt\`, \`mlt\`, light paths and shared paths, each another half; groups of four pixels that share paths, in most cases; half of the adaptive renders to an error, and most seeds of recommendations (make nightly)"
     echo "not tested: error bars of Markov chains of 8192 steps a pixel, only of 64 and 1024; seven in eight of the million paths whose weights are recomputed (make nightly)"
 fi
 

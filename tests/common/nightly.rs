@@ -23,6 +23,16 @@ pub fn samplers(all: &'static [SamplerKind]) -> &'static [SamplerKind] {
     if is_nightly() { all } else { &all[..1] }
 }
 
+/// The cases of a statistical test: all of them in `make nightly`, else one of `n` neighbours, beginning with the case `first`.
+pub fn one_in<T>(
+    n: usize,
+    first: usize,
+    cases: impl IntoIterator<Item = T>,
+) -> impl Iterator<Item = T> {
+    let (skipped, step) = if is_nightly() { (0, 1) } else { (first, n) };
+    cases.into_iter().skip(skipped).step_by(step)
+}
+
 /// Whether tests may take long.
 pub fn is_nightly() -> bool {
     std::env::var_os("ETENDUE_NIGHTLY").is_some()

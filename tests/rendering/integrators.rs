@@ -6,7 +6,7 @@
 use crate::common::chi_square::uniformity;
 use crate::common::closed_forms::{coaxial_discs, parallel_rectangle};
 use crate::common::furnished::{glass, matte, outside, six_scenes};
-use crate::common::nightly::is_nightly;
+use crate::common::nightly::{is_nightly, one_in};
 use crate::common::room::{floor_below, room};
 use crate::common::scene::{film, ready, rectangle, slide};
 use crate::common::verdict::{assert_mean, sidak};
@@ -103,11 +103,7 @@ pub fn assert_same(what: &str, a: &Film, b: &Film, power: f64) {
 fn every_path_tracer_agrees_with_path() {
     for (place, (name, scene, power)) in six_scenes().iter().enumerate() {
         let path = rendered(scene, &settings(scene, IntegratorKind::Path, 1, 1 << 12));
-        for (index, &integrator) in COURSE.iter().enumerate() {
-            // A third of the scenes for each of them, unless there is time for all.
-            if !is_nightly() && (place + index) % 3 != 0 {
-                continue;
-            }
+        for &integrator in one_in(3, place % 3, &COURSE) {
             if integrator == IntegratorKind::Naive && *name == "rough glass" {
                 // At every vertex in the glass the coin flip doubles the throughput, and a uniform direction multiplies its
                 // square by more than 1/2 on average: the variance is infinite, and the standard error is meaningless.
@@ -140,7 +136,7 @@ fn path_tracers_agree_for_zero_to_three_bounces() {
             rendered(&scene, &settings)
         };
         let path = limited(IntegratorKind::Path, 3, 1 << 11);
-        for integrator in COURSE {
+        for &integrator in one_in(2, max_bounces as usize % 2, &COURSE) {
             let what = format!("{max_bounces} bounces, {}", integrator.name());
             assert_same(&what, &limited(integrator, 4, 1 << 12), &path, 0.012);
         }

@@ -9,6 +9,7 @@ use super::bidirectional::{
 };
 use crate::common::furnished::{glass, matte, six_scenes};
 use crate::common::generated::Generator;
+use crate::common::nightly::one_in;
 use crate::common::scene::slide;
 use crate::common::scene_folder::in_repository;
 use etendue::internals::effects::{Effect, EffectSet, Kernel};
@@ -46,7 +47,7 @@ fn compare(what: &str, scene: &SceneDescription, power: f64, max_bounces: Option
 
 #[test]
 fn light_paths_agree_with_path_in_every_block_of_six_scenes() {
-    for (name, scene, power) in &six_scenes() {
+    for (name, scene, power) in one_in(2, 1, &six_scenes()) {
         compare(name, scene, *power, None);
     }
 }
@@ -54,7 +55,7 @@ fn light_paths_agree_with_path_in_every_block_of_six_scenes() {
 #[test]
 fn light_paths_agree_with_path_for_bounce_limits_and_shares() {
     let scene = glass(0.0);
-    for max_bounces in 0..5 {
+    for max_bounces in one_in(2, 0, 0..5) {
         compare(
             &format!("{max_bounces} bounces"),
             &scene,
@@ -62,7 +63,7 @@ fn light_paths_agree_with_path_for_bounce_limits_and_shares() {
             Some(max_bounces),
         );
     }
-    for &share in LightPathShare::ALL {
+    for &share in one_in(2, 0, LightPathShare::ALL) {
         let with = with_light_paths(&scene, share, 64);
         compare_with_path_alone(share.name(), &scene, with, 128, 0.03);
     }
@@ -70,7 +71,7 @@ fn light_paths_agree_with_path_for_bounce_limits_and_shares() {
 
 #[test]
 fn light_paths_agree_with_path_under_every_kind_of_light() {
-    for (name, scene) in &kinds_of_light() {
+    for (name, scene) in one_in(2, 0, &kinds_of_light()) {
         let with = with_light_paths(scene, LightPathShare::One, 32);
         compare_with_path_alone(name, scene, with, 192, 0.03);
     }

@@ -10,7 +10,7 @@ use super::bidirectional::{
 use super::light_paths::{begun, squared_error};
 use crate::common::furnished::{glass, glossy, matte, six_scenes};
 use crate::common::generated::{Generator, NEVER_SHARED};
-use crate::common::nightly::is_nightly;
+use crate::common::nightly::one_in;
 use crate::common::room::{LAMP, room, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle, slide, surface};
 use etendue::internals::accel::Backend;
@@ -62,12 +62,7 @@ fn compare(
 fn path_reuse_agrees_with_path_in_every_block_of_six_scenes() {
     let groups = [PathReuse::Sixteen, PathReuse::Four];
     for (place, (name, scene, power)) in six_scenes().iter().enumerate() {
-        // One of them in turn, unless there is time for both.
-        let groups = match is_nightly() {
-            true => &groups[..],
-            false => &groups[place % 2..=place % 2],
-        };
-        for &reuse in groups {
+        for &reuse in one_in(4, place % 4, &groups) {
             compare(name, scene, reuse, *power, None);
         }
     }
@@ -75,17 +70,20 @@ fn path_reuse_agrees_with_path_in_every_block_of_six_scenes() {
 
 #[test]
 fn path_reuse_agrees_with_path_for_zero_to_four_bounces() {
-    for (name, scene) in [("matte", matte()), ("smooth glass", glass(0.0))] {
-        for max_bounces in 0..5 {
+    for (first, (name, scene)) in [("matte", matte()), ("smooth glass", glass(0.0))]
+        .iter()
+        .enumerate()
+    {
+        for max_bounces in one_in(2, first, 0..5) {
             let what = format!("{name}, {max_bounces} bounces");
-            compare(&what, &scene, PathReuse::Sixteen, 0.03, Some(max_bounces));
+            compare(&what, scene, PathReuse::Sixteen, 0.03, Some(max_bounces));
         }
     }
 }
 
 #[test]
 fn path_reuse_agrees_with_path_under_every_kind_of_light() {
-    for (name, scene) in &kinds_of_light() {
+    for (name, scene) in one_in(3, 1, &kinds_of_light()) {
         compare(name, scene, PathReuse::Sixteen, 0.03, None);
     }
 }
@@ -111,11 +109,7 @@ fn path_reuse_agrees_with_path_in_partly_shareable_blocks() {
                 ..surface(strip, 0.0)
             });
         }
-        let groups: &[PathReuse] = match is_nightly() {
-            true => &[PathReuse::Sixteen, PathReuse::Four],
-            false => &[PathReuse::Sixteen],
-        };
-        for &reuse in groups {
+        for reuse in one_in(2, 0, [PathReuse::Sixteen, PathReuse::Four]) {
             let with = with_reuse(&scene, reuse, 256);
             compare_with_path_alone(name, &scene, with, 256, 0.004);
         }

@@ -224,7 +224,7 @@ fn call_overhead_benchmark_runs() {
 fn arbitrary_arguments_return_a_status_without_leaks() {
     let folder = small();
     let program = compile("cc", &sanitized(&folder), &source("arbitrary.c"), &folder);
-    let says = run(guarded(&mut client(program, &folder), &folder).args(["1", "20000"]));
+    let says = run(guarded(&mut client(program, &folder), &folder).args(["1", "8000"]));
     assert!(says.contains("all is well"), "{says}");
 }
 

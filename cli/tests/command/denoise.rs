@@ -103,7 +103,7 @@ fn denoising_halves_rel_mse_and_error_estimate_is_plausible() {
     let render = format!("render {} --size 144x96 -q", scene.display());
     succeed(
         &folder,
-        &format!("{render} --spp 512 --seed 9 --layers -o reference.exr"),
+        &format!("{render} --spp 256 --seed 9 --layers -o reference.exr"),
     );
     succeed(&folder, &format!("{render} --spp 16 --layers -o noisy.exr"));
     let told = json(&succeed(&folder, "denoise noisy.exr -o it.exr --json").stdout);

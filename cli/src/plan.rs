@@ -12,11 +12,11 @@ use super::{Outcome, print};
 use etendue::Result;
 use etendue::internals::effects::Effect;
 use etendue::internals::film::filter::{Filter, FilterDescription, FilterSampling};
+use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::stats::Spread;
 use etendue::internals::plan::{EffectFinding, Plan};
 use etendue::internals::render::RenderObserver;
 use etendue::internals::render::auto::Recommendation;
-use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::scene::description::{Place, SceneDescription};
 use etendue::internals::session::Session;
@@ -76,21 +76,27 @@ struct CostReport {
 
 pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     let accel = arguments.tracing.options();
-    let session = Session::new(arguments.scene.load()?, accel)?;
+    let mut description = arguments.scene.load()?;
+    arguments.settings.apply_to(&mut description);
+    let options = arguments.settings.options();
+    // Invalid combinations of options are reported before anything slow starts.
+    options.settings(&description)?;
+    let session = Session::new(description, accel)?;
     let mut description = session.description().clone();
     let plan = Plan::new(&description, session.scene());
     let watcher = Watcher::new(ProgressMode::Auto)?;
     for note in session.notes() {
         say!("note: {note}");
     }
-    let recommendation = session.recommend(&RenderOptions::default(), &Cancelling(&watcher))?;
+    let recommendation = session.recommend(&options, &Cancelling(&watcher))?;
     if watcher.is_cancelled() {
         return Ok(Outcome::Interrupted);
     }
     let mut costs = None;
     if arguments.cost {
         let (width, height) = description.film.size;
-        description.film.size = arguments.size.unwrap_or_else(|| small(width, height));
+        let size = arguments.settings.size;
+        description.film.size = size.unwrap_or_else(|| small(width, height));
         let settings = CostSettings {
             accel,
             spp: arguments.spp,
@@ -105,10 +111,12 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     if watcher.is_cancelled() {
         return Ok(Outcome::Interrupted);
     }
-    let settings = RenderOptions::default().settings(&description)?;
     let settings = RenderSettings {
-        integrator: recommendation.integrator,
-        ..settings
+        integrator: match options.integrator {
+            None | Some(IntegratorKind::Auto) => recommendation.integrator,
+            Some(named) => named,
+        },
+        ..options.settings(&description)?
     };
     let report = PlanReport {
         shards,

@@ -8,7 +8,6 @@ use super::args::PlanArguments;
 use super::durations::format_duration;
 use super::output::format_percent;
 use etendue::Result;
-use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::Adaptive;
 use etendue::internals::render::{CONFIDENCE, RenderObserver};
 use etendue::internals::session::Session;
@@ -48,7 +47,8 @@ impl ShardPlan {
         let Some(target) = arguments.error else {
             return Ok(None);
         };
-        let mut options = RenderOptions::samples(PILOT_SPP);
+        let mut options = arguments.settings.options();
+        options.spp = Some(PILOT_SPP);
         options.time = Some(MAX_PILOT_TIME);
         options.adaptive = Some(Adaptive::Off);
         let rendering = session.render(&options, observer)?;

@@ -15,6 +15,7 @@ mod plan;
 mod price;
 mod render;
 mod scene;
+mod settings;
 mod state;
 mod study;
 mod values;
@@ -30,6 +31,7 @@ pub use plan::PlanArguments;
 pub use price::PriceArguments;
 pub use render::RenderArguments;
 pub use scene::{Fidelity, SceneArguments};
+pub use settings::SettingsArguments;
 pub use state::MergeArguments;
 pub use study::StudyArguments;
 

@@ -5,21 +5,13 @@
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/render.rs` and `cli/tests/command/bad_flags.rs`.
 
 use super::state::StateArguments;
-use super::values::{
-    named, parse_distance, parse_exposure, parse_filter, parse_numbers, parse_roulette,
-    parse_share, parse_size, parse_small,
-};
-use super::{ProgressMode, SceneArguments, TracingArguments};
+use super::values::{named, parse_exposure, parse_numbers, parse_share};
+use super::{ProgressMode, SceneArguments, SettingsArguments, TracingArguments};
 use crate::durations::parse_duration;
 use clap::Args;
 use etendue::internals::effects::Kernel;
-use etendue::internals::film::filter::{FilterDescription, FilterSampling};
-use etendue::internals::integrator::Roulette;
-use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::light::types::LightChoice;
 use etendue::internals::post::denoise::Denoiser;
-use etendue::internals::render::settings::SamplerKind;
-use etendue::internals::render::settings::{Adaptive, LightPathRule, PathReuseRule};
+use etendue::internals::render::settings::Adaptive;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -81,75 +73,15 @@ pub struct RenderArguments {
           default_missing_value = Denoiser::ALL[0].name(),
           value_parser = named(Denoiser::ALL, Denoiser::name))]
     pub denoise: Option<Denoiser>,
-    /// Integrator. Default: the scene's, or path.
-    ///
-    /// Path tracers, from the simplest to the best: naive (at each surface, a random choice between its emission, which
-    /// ends the path, and a uniform direction), emit-or-reflect (a better choice probability), bsdf (no such choice;
-    /// directions sampled from the BSDF), light-or-rest (a ray to one light, a uniform ray for all other light), nee
-    /// (next event estimation), path (next event estimation with multiple importance sampling). bdpt: bidirectional
-    /// path tracing, for caustics and hidden lamps. mlt: Metropolis light transport over bdpt. irradiance-cache: path
-    /// with the indirect light of matte surfaces interpolated from few points, biased within --cache-error.
-    /// direct-directional, direct-area: direct light only, by uniform directions or by uniform points on lights.
-    /// ambient-occlusion: ambient occlusion only. auto: path, bdpt or mlt, chosen by a small pilot and printed with the
-    /// reason; see `etendue plan`.
-    #[arg(long, value_parser = named(IntegratorKind::ALL, IntegratorKind::name))]
-    pub integrator: Option<IntegratorKind>,
-    /// Sampler of the random numbers. Default: the scene's, or sobol.
-    #[arg(long, value_parser = named(SamplerKind::ALL, SamplerKind::name))]
-    pub sampler: Option<SamplerKind>,
+    /// The integrator, the sampler and their settings.
+    #[command(flatten)]
+    pub settings: SettingsArguments,
     /// Ray tracing options.
     #[command(flatten)]
     pub tracing: TracingArguments,
     /// Compiled render kernel; affects only the speed. Default: the smallest that has all effects of the scene.
     #[arg(long, value_parser = named(Kernel::ALL, Kernel::name))]
     pub kernel: Option<Kernel>,
-    /// Maximum number of scattering events: 0 shows emitters only, 1 is direct light. Biased. Default: the scene's, or
-    /// no limit.
-    #[arg(long, value_name = "N")]
-    pub max_bounces: Option<u32>,
-    /// Russian roulette. Affects noise and time, not the mean. Default: the scene's, or the integrator's.
-    ///
-    /// none: never. albedo: by what the last surface reflected. throughput: by the path throughput. window=1/N: by the
-    /// path throughput times N, so that paths are longer; N is 2 unless given. The default is window for irradiance-cache
-    /// and for path, there with N = 4 where a pilot counts at most 15 % more rays; none for naive, which ends paths itself,
-    /// and for those that scatter at most once; else throughput.
-    #[arg(long, value_name = "none|albedo|throughput|window[=1/N]", value_parser = parse_roulette)]
-    pub roulette: Option<Roulette>,
-    /// Light paths beside the camera paths of the integrator path. Affects noise and time, not the mean. Default: the
-    /// scene's, or auto.
-    ///
-    /// They find caustics of glass and metal, also those of point lights. off: none. 1/4, 1/2, 1,
-    /// 2: this number for each camera path. auto: 1/4 where a pilot shows that camera paths alone have more than 1.25 times
-    /// the squared error, else off; off with --roulette none.
-    #[arg(long, value_parser = named(LightPathRule::ALL, LightPathRule::name))]
-    pub light_paths: Option<LightPathRule>,
-    /// Number of neighbouring pixels that share the paths of the integrator path. Affects noise and time, not the mean.
-    /// Default: the scene's, or auto.
-    ///
-    /// Indirect light that one path finds is taken by a group of 4 or 16 pixels, where matte surfaces see each other. The
-    /// noise of these pixels is not independent. off: none. auto: the number with the least error in a pilot, if that pays;
-    /// off with layers, adaptive sampling, light paths and --roulette none. With a number, --light-paths auto has none.
-    #[arg(long, value_parser = named(PathReuseRule::ALL, PathReuseRule::name))]
-    pub reuse: Option<PathReuseRule>,
-    /// Selection of the light that is sampled, where there are several. Affects noise and time, not the mean. Default:
-    /// contribution, but power for light-or-rest, nee and direct-area.
-    ///
-    /// contribution: in proportion to an estimate of what each light would contribute at the surface if nothing occluded
-    /// it, from a tree of lights if there are more than 16. power: in proportion to power, everywhere alike.
-    #[arg(long, value_parser = named(LightChoice::ALL, LightChoice::name))]
-    pub light_choice: Option<LightChoice>,
-    /// Reconstruction filter, with its radius in pixels if not the default: box (0.5), tent (1), gaussian (1.5), mitchell (2),
-    /// blackman-harris (1.5). Default: the scene's, or gaussian.
-    #[arg(long, value_name = "NAME[:RADIUS]", value_parser = parse_filter)]
-    pub filter: Option<FilterDescription>,
-    /// Estimator of the filter. Affects noise and time, not the mean.
-    ///
-    /// splatting: a sample contributes to every pixel that its filter covers; the noise of neighbouring pixels is correlated.
-    /// importance: a sample belongs to one pixel, and its position is sampled from the filter. Box filters, radii above 4.5
-    /// pixels, adaptive renders and mlt have importance sampling alone. Default: splatting; with --layers and --denoise
-    /// importance, since what reads layers takes the noise of pixels as independent.
-    #[arg(long, value_parser = named(FilterSampling::ALL, FilterSampling::name))]
-    pub filter_sampling: Option<FilterSampling>,
     /// Folder to which the contribution of each strategy of bdpt or path is also written. Needs --spp.
     ///
     /// bdpt, which needs --max-bounces: sS-tT.exr, with S vertices from the light and T from the camera, is the strategy alone
@@ -157,19 +89,9 @@ pub struct RenderArguments {
     /// scattering, s1-weighted.exr by light sampling, and t1-weighted.exr by light paths.
     #[arg(long, value_name = "DIR")]
     pub bdpt_strategies: Option<PathBuf>,
-    /// Maximum distance of occluders for ambient-occlusion, in scene units. Default: the scene's, or no limit.
-    #[arg(long, value_name = "DISTANCE", value_parser = parse_distance)]
-    pub occlusion_distance: Option<f64>,
-    /// Maximum relative error of the indirect light of irradiance-cache, such as 5% or 0.05; 0 caches nothing. Default:
-    /// the scene's, or 5%.
-    #[arg(long, value_name = "SHARE", value_parser = parse_small)]
-    pub cache_error: Option<f64>,
     /// Seed of the random numbers, from 0 to 2^64 - 1. Default: the scene's, or 0.
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Image size in pixels. Default: the scene's.
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<(u32, u32)>,
     /// Render only the pixels from (X0, Y0) up to but not including (X1, Y1); the origin is the upper left corner.
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_numbers::<4>)]
     pub crop: Option<[u32; 4]>,

@@ -47,12 +47,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
         check(arguments, &outputs)?;
     }
     let mut description = arguments.scene.load()?;
-    if let Some(size) = arguments.size {
-        description.film.size = size;
-    }
-    if let Some(filter) = arguments.filter {
-        description.film.filter = filter;
-    }
+    arguments.settings.apply_to(&mut description);
     let options = options(arguments);
     // Invalid combinations of options are reported before anything slow starts.
     options.settings(&description)?;
@@ -232,7 +227,7 @@ fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
     }
     if let Some(filter) = arguments.denoise {
         filter.check()?;
-        if arguments.filter_sampling == Some(FilterSampling::Splatting) {
+        if arguments.settings.filter_sampling == Some(FilterSampling::Splatting) {
             return Err(Error::usage(
                 "--denoise takes the noise of pixels as independent, which that of --filter-sampling splatting is not: leave the latter out",
             ));

@@ -9,9 +9,7 @@ use etendue::internals::render::options::RenderOptions;
 
 /// Converts the flags to render options.
 pub fn options(arguments: &RenderArguments) -> RenderOptions {
-    let mut options = RenderOptions::default();
-    options.integrator = arguments.integrator;
-    options.sampler = arguments.sampler;
+    let mut options = arguments.settings.options();
     options.seed = arguments.seed;
     options.spp = arguments.spp;
     options.time = arguments.time.or(arguments.max_time);
@@ -19,16 +17,8 @@ pub fn options(arguments: &RenderArguments) -> RenderOptions {
     options.confidence = Some(arguments.confidence);
     options.adaptive = arguments.adaptive;
     options.layers = arguments.layers || arguments.denoise.is_some();
-    options.max_bounces = arguments.max_bounces;
-    options.roulette = arguments.roulette;
-    options.light_paths = arguments.light_paths;
-    options.reuse = arguments.reuse;
-    options.light_choice = arguments.light_choice;
-    options.filter_sampling = arguments.filter_sampling;
-    options.occlusion_distance = arguments.occlusion_distance;
-    options.cache_error = arguments.cache_error;
-    options.kernel = arguments.kernel;
     options.threads = Some(arguments.tracing.options().threads);
+    options.kernel = arguments.kernel;
     options.crop = arguments.crop;
     options
 }

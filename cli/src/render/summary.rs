@@ -148,7 +148,8 @@ impl RenderJob<'_> {
     /// Returns the flags of this render that affect its samples.
     fn flags_of_samples(&self) -> String {
         let (flags, tracing) = (self.arguments, &self.arguments.tracing);
-        let size = flags
+        let settings = &flags.settings;
+        let size = settings
             .size
             .map(|(width, height)| format!("{width}x{height}"));
         let backend =
@@ -164,34 +165,34 @@ impl RenderJob<'_> {
             ("camera", camera),
             ("size", size),
             ("spp", flags.spp.map(|spp| spp.to_string())),
-            ("sampler", flags.sampler.map(|it| it.name().to_owned())),
+            ("sampler", settings.sampler.map(|it| it.name().to_owned())),
             (
                 "integrator",
-                flags
+                settings
                     .integrator
                     .map(|_| self.settings.integrator.name().to_owned()),
             ),
-            ("filter", flags.filter.map(|it| it.name())),
+            ("filter", settings.filter.map(|it| it.name())),
             (
                 "filter-sampling",
-                flags.filter_sampling.map(|it| it.name().to_owned()),
+                settings.filter_sampling.map(|it| it.name().to_owned()),
             ),
-            ("roulette", flags.roulette.map(|it| it.to_string())),
+            ("roulette", settings.roulette.map(|it| it.to_string())),
             (
                 "light-paths",
-                flags.light_paths.map(|it| it.name().to_owned()),
+                settings.light_paths.map(|it| it.name().to_owned()),
             ),
-            ("reuse", flags.reuse.map(|it| it.name().to_owned())),
+            ("reuse", settings.reuse.map(|it| it.name().to_owned())),
             (
                 "light-choice",
-                flags.light_choice.map(|it| it.name().to_owned()),
+                settings.light_choice.map(|it| it.name().to_owned()),
             ),
             (
                 "occlusion-distance",
-                flags.occlusion_distance.map(|it| it.to_string()),
+                settings.occlusion_distance.map(|it| it.to_string()),
             ),
-            ("cache-error", flags.cache_error.map(|it| it.to_string())),
-            ("max-bounces", flags.max_bounces.map(|it| it.to_string())),
+            ("cache-error", settings.cache_error.map(|it| it.to_string())),
+            ("max-bounces", settings.max_bounces.map(|it| it.to_string())),
             ("backend", backend),
             ("precision", precision),
             ("quality", tracing.quality.map(|it| it.name().to_owned())),

@@ -385,7 +385,12 @@ fn shard_plan_estimates_spp_for_a_target_error() {
     );
     let length = number(&fine, "spp").div_ceil(number(&fine, "shards"));
     assert_eq!(number(&fine, "spp_of_shard"), length);
+    // The pilot is for a render with the same flags: direct light alone needs fewer samples.
+    let direct = shards("--error 0.2% --max-bounces 1 --sampler independent");
+    assert_ne!(number(&direct, "spp"), number(&fine, "spp"));
     let text = succeed(&folder, "plan small.toml --shards --error 1%").stdout;
     assert!(text.contains("shards to 1.00 %: about"), "{text}");
     fails(&folder, "plan small.toml --shards", USAGE, &["--error"]);
+    let both = "plan small.toml --integrator nee --light-paths 1";
+    fails(&folder, both, USAGE, &["light paths"]);
 }

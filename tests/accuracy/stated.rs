@@ -59,8 +59,8 @@ impl StatedErrors {
         this
     }
 
-    /// The row of these statistics if they are out of tolerance: fewer than 93 % of the bounds hold, or the errors are off by more than 10 % and two
-    /// standard errors in the mean.
+    /// The row of these statistics if they are out of tolerance: fewer than 93 % of the bounds hold, or the errors are off by
+    /// more than 10 % and two standard errors in the mean.
     pub fn out_of_tolerance(&self) -> Option<String> {
         let bounded = self.ratios.count();
         let off = (self.ratios.mean() - 1.0).abs();

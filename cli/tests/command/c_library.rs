@@ -1,6 +1,7 @@
 //! Tests of the C library as `make install` installs it: its symbols, its header, and clients in C and C++ that are
 //! compiled against it and run.
 
+use crate::common::nightly::is_nightly;
 use crate::common::scene_folder::{SMALL, SceneFolder, in_repository};
 use crate::support::succeed;
 use std::collections::BTreeSet;
@@ -224,7 +225,8 @@ fn call_overhead_benchmark_runs() {
 fn arbitrary_arguments_return_a_status_without_leaks() {
     let folder = small();
     let program = compile("cc", &sanitized(&folder), &source("arbitrary.c"), &folder);
-    let says = run(guarded(&mut client(program, &folder), &folder).args(["1", "8000"]));
+    let calls = if is_nightly() { "20000" } else { "8000" };
+    let says = run(guarded(&mut client(program, &folder), &folder).args(["1", calls]));
     assert!(says.contains("all is well"), "{says}");
 }
 

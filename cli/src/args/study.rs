@@ -27,7 +27,7 @@ pub struct StudyArguments {
     pub measurement: MeasurementArguments,
     /// Settings to compare, such as integrator=path,nee sampler=sobol,independent. Default: sampler=independent,sobol.
     ///
-    /// Every combination of the values is rendered. The settings are integrator, sampler, precision, backend,
+    /// Every combination of the values is rendered, but for those that no render can have. The settings are integrator, sampler, precision, backend,
     /// light-paths, reuse, kernel and max-bounces (a number, or none). Ratios are relative to the first combination
     /// in which no bias is found, or else to the first.
     #[arg(long, value_name = "SETTING=A,B", num_args = 1.., value_parser = parse_varied)]

@@ -137,7 +137,22 @@ fn settings(arguments: &StudyArguments, description: &SceneDescription) -> Resul
             SettingValue::Sampler(SamplerKind::Sobol),
         ];
     }
-    let variants = Variant::all(&Variant::new(base, options), &choices);
+    let mut variants = Variant::all(&Variant::new(base, options), &choices);
+    let mut left_out = None;
+    variants.retain(|variant| {
+        let contradiction = variant.contradiction(&choices);
+        if let Some(reason) = contradiction {
+            let words = format!("{} is left out: {reason}", variant.name);
+            if !arguments.measurement.quiet {
+                say!("note: {words}");
+            }
+            left_out = Some(words);
+        }
+        contradiction.is_none()
+    });
+    if let Some(words) = left_out.filter(|_| variants.is_empty()) {
+        return Err(Error::usage(format!("nothing is left to study: {words}")));
+    }
     for variant in &variants {
         refuse_endless(&variant.settings)?;
         if variant.settings.integrator == IntegratorKind::Auto {

@@ -81,6 +81,11 @@ fn invalid_study_arguments_are_rejected() {
             USAGE,
             ["few", "whole number"],
         ),
+        (
+            "small.toml --vary integrator=bdpt light-paths=1",
+            USAGE,
+            ["nothing is left to study", "only path has light paths"],
+        ),
         ("small.toml --vary backend=embre", USAGE, ["embre", "obvhs"]),
         ("small.toml --budget soon", USAGE, ["--budget", "5m"]),
         ("small.toml --budget 0s", USAGE, ["--budget", "5m"]),

@@ -130,6 +130,22 @@ impl Variant {
         all
     }
 
+    /// The reason why a render of this variant has no effect of one of these choices, if there is one: the variant would
+    /// have the name of one render and the image of another.
+    pub fn contradiction(&self, choices: &[SettingValue]) -> Option<&'static str> {
+        let settings = &self.settings;
+        let is_varied = |setting: &str| choices.iter().any(|choice| choice.setting() == setting);
+        let lacks_light_paths = matches!(settings.light_paths,
+            LightPathRule::Share(share) if share != settings.light_path_share());
+        if is_varied("light-paths") && lacks_light_paths {
+            return Some("only path has light paths beside camera paths");
+        }
+        let lacks_reuse = matches!(settings.reuse,
+            PathReuseRule::Pixels(reuse) if reuse != settings.reuse());
+        (is_varied("reuse") && lacks_reuse)
+            .then_some("only path shares paths between pixels, and only without light paths")
+    }
+
     /// The variant as written to the report.
     pub fn report(&self, bias: Vec<String>) -> VariantReport {
         VariantReport {
@@ -175,6 +191,45 @@ pub struct VariantReport {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use etendue::internals::integrator::light_paths::LightPathShare;
+    use etendue::internals::integrator::reuse::PathReuse;
+
+    #[test]
+    fn combinations_without_the_effect_of_a_choice_are_contradictions() {
+        let options = AccelOptions {
+            backend: Backend::ALL[0],
+            precision: Precision::Robust,
+            quality: None,
+            threads: 1,
+        };
+        let base = Variant::new(RenderSettings::new((4, 4), 1), options);
+        let paths = |share| SettingValue::LightPaths(LightPathRule::Share(share));
+        let pixels = |reuse| SettingValue::Reuse(PathReuseRule::Pixels(reuse));
+        let choices = [
+            SettingValue::Integrator(IntegratorKind::Path),
+            SettingValue::Integrator(IntegratorKind::Bidirectional),
+            paths(LightPathShare::None),
+            paths(LightPathShare::One),
+            pixels(PathReuse::Off),
+            pixels(PathReuse::Sixteen),
+        ];
+        let all = Variant::all(&base, &choices);
+        assert_eq!(all.len(), 8);
+        let kept = all.iter().filter(|v| v.contradiction(&choices).is_none());
+        let kept: Vec<&str> = kept.map(|variant| variant.name.as_str()).collect();
+        let expected = [
+            "path, light paths off, reuse off",
+            "path, light paths off, reuse 16",
+            "path, light paths 1, reuse off",
+            "bdpt, light paths off, reuse off",
+        ];
+        assert_eq!(kept, expected);
+
+        let mut base = base;
+        base.settings.light_paths = LightPathRule::Share(LightPathShare::One);
+        let by_bdpt = &Variant::all(&base, &choices[1..2])[0];
+        assert_eq!(by_bdpt.contradiction(&choices[1..2]), None, "the scene's");
+    }
 
     #[test]
     fn every_combination_of_choices_occurs_once() {

@@ -9,7 +9,7 @@
 //! Range: renders by `path` for which no rule is named.
 //! Source: none: measured. Tested in `tests/rendering/roulette.rs`.
 
-use super::super::settings::{LightPathRule, RenderSettings};
+use super::super::settings::{LightPathRule, PathReuseRule, RenderSettings};
 use super::super::{RenderInput, RenderObserver, Threads};
 use super::pass::pilot_settings;
 use super::render_pilot;
@@ -75,6 +75,8 @@ pub fn choose(
     let rays = |roulette: Roulette| -> Result<f64> {
         let pilot = RenderSettings {
             light_paths: LightPathRule::Share(LightPathShare::None),
+            // Without light paths the settings could share paths that the render does not share.
+            reuse: PathReuseRule::Pixels(settings.reuse()),
             filter_sampling: FilterSampling::Importance,
             roulette: Some(roulette),
             window: Window::whole(size),

@@ -134,6 +134,12 @@ impl Lights {
         self.by_power.is_none()
     }
 
+    /// Whether one of several lights has to be selected. A kernel without `ManyLights` never selects.
+    #[inline]
+    pub fn are_several<E: Effects>(&self) -> bool {
+        E::ManyLights::ON && self.lights.len() > 1
+    }
+
     /// The tree of lights, if there are several.
     pub fn tree(&self) -> Option<&LightTree> {
         self.tree.as_ref()
@@ -178,7 +184,7 @@ impl Lights {
     ) {
         let [.., a, b] = &context.u;
         match &self.tree {
-            _ if !E::ManyLights::ON => {
+            _ if !self.are_several::<E>() => {
                 (context.light, context.pmf) = ([0; LANES], [1.0; LANES]);
             }
             Some(tree) if choice == LightChoice::Contribution => {

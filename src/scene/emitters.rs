@@ -8,9 +8,10 @@
 //! Range: any shape; a shape with black emission is not an emitter.
 //! Source: none needed. Tested in `scene/prepare.rs` and `tests/lights/light.rs`.
 
-use super::Emitter;
 use super::description::{ColourDescription, ShapeDescription};
+use super::mesh_rectangles::rectangle_of;
 use super::placed::even_scale;
+use super::{Emitter, EmitterLights};
 use crate::geometry::texture::Texture;
 use crate::geometry::world::PrimitiveId;
 use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
@@ -101,48 +102,46 @@ impl Emitters {
         let rectangle = rectangle.filter(|_| !varies);
         let whole = whole_light(geometry, rectangle, emission, transform);
         let first = self.lights.len() as u32;
-        let mut sampled = true;
-        let is_whole = whole.is_some();
-        match (whole, geometry) {
+        let lights = match (whole, geometry) {
             (Some(light), _) => {
                 let power = light.power(1.0) * mean_luminance(texture.as_deref());
                 self.add_light(light, power);
+                EmitterLights::Whole(first)
             }
             (None, Geometry::Mesh(mesh)) => {
                 let texture = texture.as_deref();
-                sampled = self.add_triangles(mesh, emission, texture, varies, transform);
+                self.add_mesh(mesh, emission, texture, varies, transform)
             }
-            (None, _) => sampled = false,
-        }
+            (None, _) => EmitterLights::None,
+        };
         if varies || !matches!(transform, InstanceTransform::World) {
-            let per_primitive = self.primitives.len() as u32 - first;
-            for primitive in 0..per_primitive {
-                let id = PrimitiveId {
+            // Each of these lights is that of one primitive.
+            for (primitive, id) in (0..).zip(&mut self.primitives[first as usize..]) {
+                *id = Some(PrimitiveId {
                     shape: number,
                     primitive,
-                };
-                self.primitives[(first + primitive) as usize] = Some(id);
+                });
             }
         }
-        self.unsampled += usize::from(!sampled);
+        self.unsampled += usize::from(matches!(lights, EmitterLights::None));
         self.emitters.push(Emitter {
             emission,
             texture,
-            first_light: sampled.then_some(first),
-            per_primitive: matches!(geometry, Geometry::Mesh(_)) && !is_whole,
+            lights,
         });
         Some(self.emitters.len() as u32 - 1)
     }
 
-    /// Adds a light for each triangle; returns `false` if they cannot be sampled.
-    fn add_triangles(
+    /// Adds a light for each triangle, or for two that form a rectangle whose emission is constant; none if they cannot be
+    /// sampled.
+    fn add_mesh(
         &mut self,
         mesh: &Mesh,
         emission: Emission,
         texture: Option<&Texture>,
         varies: bool,
         transform: InstanceTransform<'_>,
-    ) -> bool {
+    ) -> EmitterLights {
         let steps: &[DAffine3] = match &transform {
             InstanceTransform::World => &[DAffine3::IDENTITY],
             InstanceTransform::Still(still) => std::slice::from_ref(*still),
@@ -151,9 +150,24 @@ impl Emitters {
         // A mirrored triangle keeps its outside by swapping two corners, which would swap its texture coordinates, too.
         let mirrored = steps[0].matrix3.determinant() < 0.0;
         if mirrored && varies {
-            return false;
+            return EmitterLights::None;
         }
-        for primitive in 0..mesh.indices().len() as u32 {
+        let may_pair = !varies && matches!(transform, InstanceTransform::World);
+        let count = mesh.indices().len() as u32;
+        let mut lights = Vec::with_capacity(count as usize);
+        while (lights.len() as u32) < count {
+            let primitive = lights.len() as u32;
+            let index = self.lights.len() as u32;
+            let rectangle = (may_pair && primitive + 1 < count)
+                .then(|| [primitive, primitive + 1].map(|triangle| mesh.triangle(triangle)))
+                .and_then(|[first, second]| rectangle_of(first, second));
+            if let Some([corner, u, v]) = rectangle {
+                let light = Light::Rectangle(RectangleLight::new(corner, [u, v], emission));
+                let power = light.power(1.0);
+                self.add_light(light, power);
+                lights.extend([index; 2]);
+                continue;
+            }
             let places = steps.iter().map(|step| {
                 let corners = mesh.triangle(primitive);
                 let [a, b, c] = corners.map(|p| step.transform_point3(p.as_dvec3()).as_vec3a());
@@ -166,8 +180,9 @@ impl Emitters {
             let mean = texture.map_or(1.0, |texture| triangle_luminance(texture, mesh, primitive));
             let power = light.power(1.0) * mean;
             self.add_light(light, power);
+            lights.push(index);
         }
-        true
+        EmitterLights::OfPrimitives(lights.into())
     }
 }
 

@@ -6,7 +6,7 @@
 //! Source: `src/light/`. Tested in `tests/lights/`.
 
 use super::interaction::Interaction;
-use super::{Emitter, Scene};
+use super::{Emitter, EmitterLights, Scene};
 use crate::accel::PrimitiveId;
 use crate::effects::{Effects, Slot, Switch};
 use crate::light::lanes::{LightContextLanes, LightSampleLanes};
@@ -40,13 +40,11 @@ impl Scene {
     /// Returns the light on which an emitting interaction lies; `None` if light sampling does not cover it.
     #[inline]
     pub fn light_of<E: Effects>(&self, at: &Interaction<E>) -> Option<u32> {
-        let emitter = self.emitter(at.id)?;
-        let offset = if emitter.per_primitive {
-            at.id.primitive
-        } else {
-            0
-        };
-        emitter.first_light.map(|first| first + offset)
+        match &self.emitter(at.id)?.lights {
+            EmitterLights::None => None,
+            EmitterLights::Whole(light) => Some(*light),
+            EmitterLights::OfPrimitives(lights) => Some(lights[at.id.primitive as usize]),
+        }
     }
 
     /// Returns the pdf with which light sampling at `from` would have sampled the emitting interaction `at`.

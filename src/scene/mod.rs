@@ -19,6 +19,7 @@ pub mod keyframes;
 mod light_queries;
 pub mod load;
 pub mod material;
+mod mesh_rectangles;
 mod normal_map;
 pub mod normalisation;
 mod placed;
@@ -117,10 +118,19 @@ struct Emitter {
     emission: Emission,
     /// Factor for the emission.
     texture: Option<Arc<Texture>>,
-    /// Index of its first light in [`Lights`]; `None` if only BSDF sampling can hit it.
-    first_light: Option<u32>,
-    /// Whether each primitive is a light of its own, instead of one light for all.
-    per_primitive: bool,
+    /// Its lights in [`Lights`].
+    lights: EmitterLights,
+}
+
+/// The lights that lie on an emitter, by their indices.
+#[derive(Debug, Clone)]
+enum EmitterLights {
+    /// None: only BSDF sampling can hit it.
+    None,
+    /// One for the whole shape.
+    Whole(u32),
+    /// The light of each primitive: one each, or one for two triangles that form a rectangle.
+    OfPrimitives(Box<[u32]>),
 }
 
 impl Scene {

@@ -173,6 +173,7 @@ mod tests {
     use crate::math::ray::Ray;
     use crate::math::rgb::Rgb;
     use crate::math::vec::{DVec3, Vec2, Vec3};
+    use crate::scene::EmitterLights;
     use crate::scene::description::{
         ColourDescription, GeometryDescription, Keyframe, LightDescription, LightModel,
         MaterialDescription, MaterialModel, MeshDescription, Place, ShapeDescription,
@@ -265,6 +266,25 @@ mod tests {
             1
         );
         assert_eq!(lights(DVec3::new(0.5, 1.0, 0.0), DAffine3::IDENTITY), 2);
+    }
+
+    #[test]
+    fn rectangular_faces_of_an_emissive_mesh_are_one_light_each() {
+        let (min, max) = (DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0));
+        let cuboid = || GeometryDescription::Box { min, max };
+        let turned = DAffine3::from_rotation_x(0.4) * DAffine3::from_rotation_z(1.1);
+        let scene = prepared(cuboid(), turned).expect("it has an area").scene;
+        let EmitterLights::OfPrimitives(lights) = &scene.emitters[0].lights else {
+            panic!("a mesh has lights of its primitives");
+        };
+        assert_eq!(**lights, [0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5]);
+        assert_eq!(scene.lights.len(), 6);
+
+        let mut sheared = DAffine3::IDENTITY;
+        sheared.matrix3.z_axis.x = 0.1;
+        let scene = prepared(cuboid(), sheared).expect("it has an area").scene;
+        // Two of the six faces are no rectangles any more.
+        assert_eq!(scene.lights.len(), 4 + 2 * 2);
     }
 
     #[test]

@@ -55,17 +55,18 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let decision = Decision::Light(wavefront.bounce);
         let samplers = &mut *wavefront.samplers;
         let (sample_index, u) = (&block.sample_index, &mut context.u);
-        if E::ManyLights::ON {
+        let selection = &scene.lights;
+        let are_several = selection.are_several::<E>();
+        if are_several {
             S::draw_lanes(samplers, &nee_lanes, sample_index, states, decision, u);
         } else {
             let point = first_two(u);
             S::draw_lanes(samplers, &nee_lanes, sample_index, states, decision, point);
         }
         let rules = self.light_sampling();
-        if E::ManyLights::ON {
+        if are_several {
             stage.at.receivers(receivers);
         }
-        let selection = &scene.lights;
         selection.choose_lanes::<E>(rules.choice, &nee_lanes, receivers, context);
         block.set_chosen_lights(&nee_lanes, &context.light);
         context.time = block.packet.rays.time;

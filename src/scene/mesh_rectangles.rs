@@ -1,6 +1,6 @@
 //! Pairs of triangles of a mesh that form a rectangle: lamps that modelling programs export as a face of four corners.
 //!
-//! A rectangle is one light in place of two, which needs no selection and is sampled with less variance.
+//! A rectangle is one light in place of two, so that a scene with one lamp needs no selection.
 //!
 //! Measure: the unit of the corners.
 //! Range: consecutive triangles, as a face is cut up; four corners that are those of a rectangle up to rounding to single

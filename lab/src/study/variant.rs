@@ -194,15 +194,19 @@ mod tests {
     use etendue::internals::integrator::light_paths::LightPathShare;
     use etendue::internals::integrator::reuse::PathReuse;
 
-    #[test]
-    fn combinations_without_the_effect_of_a_choice_are_contradictions() {
+    fn base() -> Variant {
         let options = AccelOptions {
             backend: Backend::ALL[0],
             precision: Precision::Robust,
             quality: None,
             threads: 1,
         };
-        let base = Variant::new(RenderSettings::new((4, 4), 1), options);
+        Variant::new(RenderSettings::new((4, 4), 1), options)
+    }
+
+    #[test]
+    fn combinations_without_the_effect_of_a_choice_are_contradictions() {
+        let mut base = base();
         let paths = |share| SettingValue::LightPaths(LightPathRule::Share(share));
         let pixels = |reuse| SettingValue::Reuse(PathReuseRule::Pixels(reuse));
         let choices = [
@@ -225,7 +229,6 @@ mod tests {
         ];
         assert_eq!(kept, expected);
 
-        let mut base = base;
         base.settings.light_paths = LightPathRule::Share(LightPathShare::One);
         let by_bdpt = &Variant::all(&base, &choices[1..2])[0];
         assert_eq!(by_bdpt.contradiction(&choices[1..2]), None, "the scene's");
@@ -233,13 +236,7 @@ mod tests {
 
     #[test]
     fn every_combination_of_choices_occurs_once() {
-        let options = AccelOptions {
-            backend: Backend::ALL[0],
-            precision: Precision::Robust,
-            quality: None,
-            threads: 1,
-        };
-        let base = Variant::new(RenderSettings::new((4, 4), 1), options);
+        let base = base();
         let names = |choices: &[SettingValue]| {
             let all = Variant::all(&base, choices);
             all.into_iter().map(|v| v.name).collect::<Vec<_>>()

@@ -14,7 +14,7 @@ use std::path::Path;
 static MEMORY: PeakAlloc = PeakAlloc;
 
 /// The size in bytes up to which a line of the corpus is repeated.
-const REPEATED: usize = 1 << 18;
+const REPEATED: usize = 1 << 17;
 
 #[test]
 fn fuzz_corpus_is_read_without_panic_and_in_bounded_memory() {

@@ -6,6 +6,7 @@
 
 use etendue::internals::accel::Backend;
 use etendue::internals::render::settings::SamplerKind;
+use std::f64::consts::SQRT_2;
 
 /// The backends on which to render a case of a statistical test: all of them in `make nightly`, else one, which differs from
 /// case to case by the name.
@@ -31,6 +32,16 @@ pub fn one_in<T>(
 ) -> impl Iterator<Item = T> {
     let (skipped, step) = if is_nightly() { (0, 1) } else { (first, n) };
     cases.into_iter().skip(skipped).step_by(step)
+}
+
+/// The sample count of a comparison of two estimates, and the limit of its relative standard error: these in `make nightly`, else
+/// half as many samples, with a limit that is larger by a factor of √2.
+pub fn samples_and_limit(samples: u64, limit: f64) -> (u64, f64) {
+    if is_nightly() {
+        (samples, limit)
+    } else {
+        (samples / 2, SQRT_2 * limit)
+    }
 }
 
 /// Whether tests may take long.

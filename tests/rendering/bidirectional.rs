@@ -6,7 +6,7 @@
 
 use crate::common::furnished::{glass, glossy, matte, six_scenes};
 use crate::common::generated::Generator;
-use crate::common::nightly::one_in;
+use crate::common::nightly::{one_in, samples_and_limit};
 use crate::common::room::{LAMP, room};
 use crate::common::scene::{film, mirrored_octahedron, panorama, ready, slide, surface};
 use crate::common::verdict::sidak;
@@ -17,7 +17,7 @@ use etendue::internals::film::filter::{FilterDescription, FilterKind};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::stats::Moments;
 use etendue::internals::math::vec::{DMat3, DVec3};
-use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::render::settings::{Budget, RenderSettings, SamplerKind};
 use etendue::internals::scene::description::{
     ColourDescription, LightDescription, LightModel, MaterialModel, SceneDescription,
 };
@@ -152,8 +152,22 @@ pub fn compare_settings(
     [a, b]: [RenderSettings; 2],
     power: f64,
 ) {
-    let see = |settings: RenderSettings, seed| seen(scene, &RenderSettings { seed, ..settings });
-    assert_same(what, &see(a, 100), &see(b, 200), power);
+    let see = |settings: RenderSettings, seed| {
+        let spp = settings.budget.spp.expect("a number of samples");
+        let budget = match settings.integrator {
+            // The sample count is the length of the chains.
+            IntegratorKind::Metropolis => settings.budget,
+            _ => Budget::samples(samples_and_limit(spp, power).0),
+        };
+        let settings = RenderSettings {
+            seed,
+            budget,
+            ..settings
+        };
+        seen(scene, &settings)
+    };
+    let (_, limit) = samples_and_limit(1, power);
+    assert_same(what, &see(a, 100), &see(b, 200), limit);
 }
 
 /// Compares bidirectional path tracing with `path`, without a limit on bounces.

@@ -2,6 +2,7 @@
 //! its own estimate, and for many in a tree, in front of matte, glossy and transmissive surfaces.
 
 use super::integrators::{assert_same, rendered, settings};
+use crate::common::nightly::samples_and_limit;
 use crate::common::room::room;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::light::types::LightChoice;
@@ -102,6 +103,7 @@ radius = {}
 
 #[test]
 fn power_and_contribution_light_selection_agree() {
+    let (spp, limit) = samples_and_limit(1 << 12, 0.03);
     for (name, scene) in [("five lamps", five_lamps()), ("sixty lamps", sixty_lamps())] {
         let by = |integrator, choice, seed, spp| {
             let settings = RenderSettings {
@@ -111,11 +113,11 @@ fn power_and_contribution_light_selection_agree() {
             };
             rendered(&scene, &settings)
         };
-        let power = by(IntegratorKind::Path, LightChoice::Power, 1, 1 << 13);
+        let power = by(IntegratorKind::Path, LightChoice::Power, 1, 2 * spp);
         for integrator in [IntegratorKind::Path, IntegratorKind::NextEvent] {
             let what = format!("{name}, {}", integrator.name());
-            let other = by(integrator, LightChoice::Contribution, 2, 1 << 12);
-            assert_same(&what, &other, &power, 0.03);
+            let other = by(integrator, LightChoice::Contribution, 2, spp);
+            assert_same(&what, &other, &power, limit);
         }
     }
 }

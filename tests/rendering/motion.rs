@@ -2,7 +2,7 @@
 //! average over the time that the shutter is open, on one backend in each case or, in `make nightly`, on every one.
 
 use crate::common::closed_forms::parallel_rectangle;
-use crate::common::nightly::{backends, one_in};
+use crate::common::nightly::{backends, one_in, samples_and_limit};
 use crate::common::quadrature::integrate;
 use crate::common::scene::{
     as_instance, diffuse, gallery, keys, looking, picture, polygon, rectangle, see, slide, surface,
@@ -345,6 +345,7 @@ fn camera_motion_agrees_with_inverse_scene_motion() {
         ("turned", &|share| turn(40.0 * share)),
         ("moved", &|share| away(-1.2 * share)),
     ];
+    let (spp, limit) = samples_and_limit(1 << 14, 5e-3);
     for (name, path) in paths {
         for &backend in backends(name) {
             let mut moving_camera = room.clone();
@@ -355,7 +356,7 @@ fn camera_motion_agrees_with_inverse_scene_motion() {
             let back = keys(times.map(|t| (t, path(t).inverse())));
             as_instance(&mut moving_scene, DAffine3::IDENTITY, back);
             let [a, b] = [&moving_camera, &moving_scene]
-                .map(|scene| see(scene, backend, 1 << 14, Some(2), Roulette::None));
+                .map(|scene| see(scene, backend, spp, Some(2), Roulette::None));
             let error = |it: &etendue::internals::math::stats::Moments| {
                 it.standard_error().expect("32 pixels")
             };
@@ -368,7 +369,7 @@ fn camera_motion_agrees_with_inverse_scene_motion() {
                 backend.name()
             );
             assert!(
-                joint <= 5e-3 * a.mean(),
+                joint <= limit * a.mean(),
                 "{name}: too noisy to tell, {joint}"
             );
             // The result differs from that of the static scene.

@@ -39,11 +39,7 @@ impl Film {
     /// The batch means of a pixel of the window: of its samples plus the splats of light paths. Samples and splats
     /// are not independent, but batches are.
     pub fn batch_means(&self, index: usize) -> BatchMeans {
-        let (tile, place) = self.locate(index);
-        let mut batches = match tile.pixels.get(place) {
-            Some(sums) => sums.batch_means(tile.count(place)),
-            None => self.splatted_means(index),
-        };
+        let mut batches = self.sample_batch_means(index);
         if let Some(splats) = &self.splats {
             let of_samples = batches.means.iter_mut().zip(&mut batches.are_black);
             for ((mean, is_black), splats) in of_samples.zip(splats.batch_means(index)) {
@@ -52,6 +48,15 @@ impl Film {
             }
         }
         batches
+    }
+
+    /// The batch means of a pixel of the window, of its samples alone, without the splats of light paths.
+    pub(super) fn sample_batch_means(&self, index: usize) -> BatchMeans {
+        let (tile, place) = self.locate(index);
+        match tile.pixels.get(place) {
+            Some(sums) => sums.batch_means(tile.count(place)),
+            None => self.splatted_means(index),
+        }
     }
 
     /// The batch means of a pixel of a film whose samples contribute to several pixels.

@@ -5,7 +5,7 @@
 //! Source: none needed. Tested in `tests/rendering/adaptive_pixels.rs` and `tests/rendering/metropolis.rs`.
 
 use super::Film;
-use super::batches::BATCHES;
+use super::batches::{BATCHES, BatchMeans};
 use crate::math::stats::Moments;
 
 /// The estimates of a pixel.
@@ -15,12 +15,23 @@ pub struct PixelEstimate {
     pub mean: [f64; 3],
     /// The variance of that mean.
     pub variance: [f64; 3],
+    /// The part of that variance which the pixel's samples have without the splats of light paths.
+    pub sample_variance: [f64; 3],
 }
 
 impl PixelEstimate {
     /// The pixel's term of relMSE: the variance over the squared mean plus `epsilon`, averaged over the channels.
     pub fn relative_variance(&self, epsilon: f64) -> f64 {
-        let relative = |c: usize| self.variance[c] / (self.mean[c] * self.mean[c] + epsilon);
+        self.relative(self.variance, epsilon)
+    }
+
+    /// The part of that term which the pixel's own samples have.
+    pub fn relative_sample_variance(&self, epsilon: f64) -> f64 {
+        self.relative(self.sample_variance, epsilon)
+    }
+
+    fn relative(&self, variance: [f64; 3], epsilon: f64) -> f64 {
+        let relative = |c: usize| variance[c] / (self.mean[c] * self.mean[c] + epsilon);
         let sum = relative(0) + relative(1) + relative(2);
         // A black image has no relative variance.
         if sum.is_finite() { sum / 3.0 } else { 0.0 }
@@ -32,12 +43,19 @@ impl Film {
     pub fn estimates(&self) -> Vec<PixelEstimate> {
         let mut estimates: Vec<PixelEstimate> = (0..self.pixel_count())
             .map(|index| {
-                let batches = self.batch_means(index);
-                // A pixel without samples has neither mean nor variance: both stay 0.
-                let n = batches.samples().max(1) as f64;
+                let variance_of = |batches: BatchMeans| {
+                    // A pixel without samples has neither mean nor variance: both stay 0.
+                    let n = batches.samples().max(1) as f64;
+                    batches.variance().unwrap_or_default().map(|it| it / n)
+                };
+                let variance = variance_of(self.batch_means(index));
                 PixelEstimate {
-                    variance: batches.variance().unwrap_or_default().map(|it| it / n),
-                    ..PixelEstimate::default()
+                    mean: [0.0; 3],
+                    variance,
+                    sample_variance: match self.splats() {
+                        Some(_) => variance_of(self.sample_batch_means(index)),
+                        None => variance,
+                    },
                 }
             })
             .collect();

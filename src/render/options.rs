@@ -121,9 +121,9 @@ impl RenderOptions {
         {
             return Ok(());
         }
-        if settings.adaptive != Adaptive::Off {
+        if settings.adaptive == Adaptive::Greedy {
             return Err(Error::usage(
-                "light paths contribute to any pixel and cannot be combined with adaptive sampling: use --adaptive=off, or --light-paths off",
+                "light paths contribute to any pixel, also to those that greedy sampling has stopped: use --adaptive, or --light-paths off",
             ));
         }
         if !matches!(

@@ -9,6 +9,7 @@ use super::pixel_block::PixelBlock;
 use super::sample_wavefront::{CameraRaySource, Estimator, PacketIndex, SampleWavefront};
 use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::{Effects, Switch};
+use crate::film::batches::BATCHES;
 use crate::film::splats::{Splat, SplatList, Splats};
 use crate::film::splatted::SplattedSamples;
 use crate::film::{Tile, Window};
@@ -18,6 +19,7 @@ use crate::integrator::observer::{NullPathObserver, PathObserver};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
+use crate::planted::planted;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -40,6 +42,32 @@ pub enum SampleRange<'a> {
 }
 
 impl SampleRange<'_> {
+    /// The samples to be taken of a pixel. With equally many for all, it may lie beside the tile, as the source of a filter's
+    /// footprint.
+    fn of_pixel(&self, tile: &Tile, pixel: [u32; 2]) -> Range<u64> {
+        match self {
+            Self::Same(range) => range.clone(),
+            Self::Each { firsts, counts } => {
+                let place = tile.window.index(pixel);
+                let first = firsts[place];
+                first + tile.count(place)..first + counts[place]
+            }
+        }
+    }
+
+    /// The number of samples of each batch for all pixels of a tile together.
+    fn batch_counts(&self, tile: &Tile) -> [u64; BATCHES as usize] {
+        let mut counts = [0; BATCHES as usize];
+        for pixel in tile.window.pixels() {
+            let Range { start, end } = self.of_pixel(tile, pixel);
+            for (batch, count) in (0..).zip(&mut counts) {
+                let before = |index: u64| (index + BATCHES - 1 - batch) / BATCHES;
+                *count += before(end) - before(start);
+            }
+        }
+        counts
+    }
+
     /// The number of samples for all pixels of a tile together.
     pub fn sample_count(&self, tile: &Tile) -> u64 {
         match self {
@@ -165,9 +193,15 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             self.add_block(tile, sources, block, &sample_range, observer);
         }
         self.advance(tile, observer);
-        if let (Some(splats), SampleRange::Same(range)) = (self.source.splats, &sample_range) {
-            for sample in range.clone() {
-                splats.add_samples(sample, tile.window.pixel_count());
+        if let Some(splats) = self.source.splats {
+            for (batch, count) in (0..).zip(sample_range.batch_counts(tile)) {
+                if planted!(
+                    "adaptive-light-paths-uncounted",
+                    matches!(sample_range, SampleRange::Same(_)),
+                    true
+                ) {
+                    splats.add_samples(batch, count);
+                }
             }
         }
         match sample_range {
@@ -192,14 +226,7 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         let in_tile = block.lanes_in(sources);
         let mut ranges: Lanes<Range<u64>> = std::array::from_fn(|_| 0..0);
         for lane in in_tile.each() {
-            ranges[lane] = match sample_range {
-                SampleRange::Same(range) => range.clone(),
-                SampleRange::Each { firsts, counts } => {
-                    let pixel = tile.window.index(block.pixel(lane));
-                    let first = firsts[pixel];
-                    first + tile.count(pixel)..first + counts[pixel]
-                }
-            };
+            ranges[lane] = sample_range.of_pixel(tile, block.pixel(lane));
         }
         let requested = || ranges.iter().filter(|range| !range.is_empty());
         let first = requested().map(|range| range.start).min();

@@ -272,7 +272,7 @@ impl StateHeader {
                     .to_owned(),
             ));
         }
-        let may_have_counts = self.border_size == 0 && self.splat_samples.is_none();
+        let may_have_counts = self.border_size == 0;
         let is_pilot = |pilot: &AdaptivePilot| {
             (1..=MAX_SPP).contains(&pilot.samples) && pilot.samples.is_multiple_of(BATCHES)
         };

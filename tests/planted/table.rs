@@ -366,6 +366,11 @@ pub const PLANTED: &[Planted] = &[
         "rendering::adaptive_pixels::allocation_follows_the_inverse_square_root_of_cost",
     ),
     bug(
+        "adaptive-light-paths-uncounted",
+        "light paths of adaptive samples contribute, but are not counted",
+        "rendering::light_paths::adaptive_light_paths_agree_with_path",
+    ),
+    bug(
         "pixels-ask-their-own-pilot",
         "a pixel's own pilot decides how many samples it gets",
         "rendering::adaptive_pixels::two_phase_sampling_is_unbiased_for_rare_events",

@@ -3,9 +3,10 @@
 use crate::common::scene_folder::SMALL;
 use crate::common::session::{CancelAfter, folder, session};
 use etendue::internals::image::LayeredImage;
+use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::render::settings::{Adaptive, SamplerKind};
+use etendue::internals::render::settings::{Adaptive, LightPathRule, SamplerKind};
 use etendue::internals::render::{NullRenderObserver, RenderObserver};
 use etendue::internals::session::layers::with_film;
 use etendue::internals::session::{Rendering, Session};
@@ -101,11 +102,26 @@ fn assert_same(state: &State, whole: &Rendering, what: &str) {
 
 #[test]
 fn merged_adaptive_shards_are_bit_identical_to_one_render() {
-    for (sampler, spp, end, divisions) in [
-        (SamplerKind::Sobol, 320, 64, &[(2, 1), (7, 2), (64, 2)][..]),
-        (SamplerKind::Stratified, 202, 52, &[(2, 1), (7, 2)][..]),
+    let (none, half) = (LightPathShare::None, LightPathShare::Half);
+    for (sampler, light_paths, spp, end, divisions) in [
+        (
+            SamplerKind::Sobol,
+            none,
+            320,
+            64,
+            &[(2, 1), (7, 2), (64, 2)][..],
+        ),
+        (SamplerKind::Sobol, half, 192, 48, &[(7, 2)][..]),
+        (
+            SamplerKind::Stratified,
+            none,
+            202,
+            52,
+            &[(2, 1), (7, 2)][..],
+        ),
     ] {
         let mut options = adaptive(sampler, spp);
+        options.light_paths = Some(LightPathRule::Share(light_paths));
         options.layers = true;
         let at_once = session(SMALL, 2);
         let whole = at_once.render(&options, &NullRenderObserver);
@@ -113,7 +129,10 @@ fn merged_adaptive_shards_are_bit_identical_to_one_render() {
         let counts = whole.film().sample_counts();
         assert!(counts.iter().min() < counts.iter().max());
         for &(of, threads) in divisions {
-            let what = format!("{sampler:?}, {of} shards");
+            let what = format!(
+                "{sampler:?}, {} light paths, {of} shards",
+                light_paths.name()
+            );
             let (folder, session) = (folder(), session(SMALL, threads));
             let pilot = pilot(&session, &options, end, folder.path());
             let mut files = vec![pilot.clone()];

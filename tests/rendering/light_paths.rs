@@ -242,8 +242,21 @@ fn light_path_images_are_bit_identical_across_threads_and_tiles() {
     assert_threads_and_tiles_change_no_bit(&scene, &settings);
 }
 
+/// The film divides splats by the samples of all pixels, whose counts differ here by more than a factor of four.
 #[test]
-fn light_paths_are_rejected_with_adaptive_sampling_or_bdpt() {
+fn adaptive_light_paths_agree_with_path() {
+    let scene = glass(0.0);
+    for share in [LightPathShare::One, LightPathShare::Quarter] {
+        let with = RenderSettings {
+            adaptive: Adaptive::TwoPhase,
+            ..with_light_paths(&scene, share, 64)
+        };
+        compare_with_path_alone("adaptive", &scene, with, 192, 0.02);
+    }
+}
+
+#[test]
+fn light_paths_are_rejected_with_greedy_sampling_or_bdpt() {
     let scene = matte();
     let options = |change: &dyn Fn(&mut RenderOptions)| {
         let mut options = RenderOptions::samples(64);
@@ -252,8 +265,12 @@ fn light_paths_are_rejected_with_adaptive_sampling_or_bdpt() {
         options.settings(&scene)
     };
     assert!(options(&|_| {}).is_ok());
+    assert!(options(&|it| it.adaptive = Some(Adaptive::TwoPhase)).is_ok());
     for wrong in [
-        options(&|it| it.adaptive = Some(Adaptive::TwoPhase)),
+        options(&|it| {
+            it.adaptive = Some(Adaptive::Greedy);
+            it.error = Some(0.1);
+        }),
         options(&|it| it.integrator = Some(IntegratorKind::Bidirectional)),
     ] {
         let error = wrong.expect_err("light paths do not fit");

@@ -49,7 +49,10 @@ fn invalid_flags_are_usage_errors() {
         "--light-paths 1 --integrator bdpt",
         &["only the integrator path"],
     );
-    flags_fail("--light-paths 1 --adaptive=two-phase", &["--adaptive=off"]);
+    flags_fail(
+        "--light-paths 1 --adaptive=greedy --error 10%",
+        &["--light-paths off"],
+    );
     flags_fail("--reuse 8", &["--reuse", "16"]);
     flags_fail(
         "--reuse 16 --integrator bdpt",

@@ -12,6 +12,10 @@
 //! a mean over all of its samples would be too small: pixels with a rare bright sample would continue until it is
 //! diluted.
 //!
+//! **Light paths** beside camera paths contribute to any pixel. Each sample of a pixel has its share of them, so their number
+//! is that of all samples, which the level determines but for the rounding of single pixels. Given all light paths, the above
+//! holds for the camera paths. A pixel's samples reduce the variance of its camera paths alone, which is the `v` of its share.
+//!
 //! **Why parts of a render fit together.** The count of a pixel is a function of the pilot and of the level, the mean
 //! over the pixels, and never falls as the level rises. So a range of levels is a part of a render, for every pixel the
 //! samples from its count at the first level up to that at the last, and any division into such ranges has the same
@@ -94,21 +98,27 @@ impl Allocation {
         let counts = film.sample_counts();
         let colours = coloured(estimates.len(), width);
         let mut own = vec![0.0; estimates.len()];
+        let mut of_samples = own.clone();
         for pixels in &colours {
             // Each colour has an epsilon of its own: no number from one colour may depend on the other.
             let mean = pixels.iter().map(|&i| grey(&estimates[i])).sum::<f64>();
             let mean = mean / pixels.len().max(1) as f64;
             for &i in pixels {
-                own[i] = counts[i] as f64 * estimates[i].relative_variance(0.01 * mean * mean);
+                let (count, epsilon) = (counts[i] as f64, 0.01 * mean * mean);
+                own[i] = count * estimates[i].relative_variance(epsilon);
+                of_samples[i] = count * estimates[i].relative_sample_variance(epsilon);
             }
         }
-        let neighbours = estimated_from_neighbours(film, &own);
-        let variances = planted!("pixels-ask-their-own-pilot", own, neighbours);
+        let neighbours = [&own, &of_samples].map(|own| estimated_from_neighbours(film, own));
+        let [variances, of_samples] =
+            planted!("pixels-ask-their-own-pilot", [own, of_samples], neighbours);
         let rays = film.ray_counts().into_iter().zip(&counts);
         let work: Vec<f64> = rays
             .map(|(rays, &count)| rays as f64 / count.max(1) as f64)
             .collect();
-        let wanted = variances.iter().zip(estimated_from_neighbours(film, &work));
+        let wanted = of_samples
+            .iter()
+            .zip(estimated_from_neighbours(film, &work));
         let wanted = wanted.map(|(v, work)| {
             // At least one ray is traced for a sample.
             let work = planted!("samples-cost-alike", 1.0, work.max(1.0));

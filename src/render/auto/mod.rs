@@ -207,7 +207,7 @@ fn choose_for_path(
 /// roulette ask for plain paths, to compare the work of renderers.
 fn takes_other_paths(settings: &RenderSettings) -> bool {
     settings.integrator == IntegratorKind::Path
-        && settings.adaptive == Adaptive::Off
+        && settings.adaptive != Adaptive::Greedy
         && settings.roulette != Some(Roulette::None)
         && settings.bounce_limit().is_none_or(|limit| limit > 1)
 }

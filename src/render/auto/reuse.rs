@@ -8,7 +8,7 @@
 //! Range: renders by `path` without light paths, of scenes without motion and alpha.
 //! Source: none: measured (docs/accuracy.md, "Paths shared by pixels"). Tested in `tests/rendering/reuse.rs`.
 
-use super::super::settings::{PathReuseRule, RenderSettings};
+use super::super::settings::{Adaptive, PathReuseRule, RenderSettings};
 use super::super::{RenderInput, RenderObserver, Threads, dispatch};
 use super::pass::{pilot_settings, relative_weights, take_samples};
 use super::{may_have, takes_other_paths};
@@ -65,6 +65,7 @@ pub fn choose(
 ) -> Result<Option<PathReuseChoice>> {
     let may_pay = settings.reuse == PathReuseRule::Auto
         && takes_other_paths(settings)
+        && settings.adaptive == Adaptive::Off
         && may_have(settings, Effect::Reuse)
         && settings.light_path_share() == LightPathShare::None
         && !settings.layers

@@ -86,10 +86,10 @@ impl RenderSettings {
         self.light_choice.unwrap_or(self.integrator.light_choice())
     }
 
-    /// The number of light paths for each camera path: none but beside `path` with equal sample counts, and none by `auto`,
-    /// which has to be replaced before a scene is rendered (`render/auto/`).
+    /// The number of light paths for each camera path: none but beside `path`, none where each pixel stops by its own error, and
+    /// none by `auto`, which has to be replaced before a scene is rendered (`render/auto/`).
     pub fn light_path_share(&self) -> LightPathShare {
-        let may_have = self.integrator == IntegratorKind::Path && self.adaptive == Adaptive::Off;
+        let may_have = self.integrator == IntegratorKind::Path && self.adaptive != Adaptive::Greedy;
         match self.light_paths {
             LightPathRule::Share(share) if may_have => share,
             _ => LightPathShare::None,

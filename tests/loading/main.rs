@@ -25,3 +25,4 @@ mod pictures;
 mod ply;
 mod saving;
 mod scene_files;
+mod shared_meshes;

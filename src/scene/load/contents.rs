@@ -33,6 +33,8 @@ pub struct SceneContents {
     pub notes: Vec<Note>,
     /// The PLY files read so far: a mesh that several shapes have is stored once.
     plys: HashMap<PathBuf, Ply>,
+    /// The shapes of models read so far, by file, and whether they have a material that is not the file's.
+    models: HashMap<(PathBuf, bool), Vec<ShapeDescription>>,
     /// Materials that shapes can refer to by name: those of the scene file, not those of its models.
     named: HashMap<String, usize>,
     /// Groups that have a member.
@@ -104,6 +106,34 @@ impl SceneContents {
         let read = (Arc::new(model.mesh), Arc::new(model.colours));
         self.plys.insert(path.to_path_buf(), read.clone());
         Ok(read)
+    }
+
+    /// Returns the shapes of a model, which `read` reads unless it was read already; `material` replaces the materials of the
+    /// file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is invalid.
+    pub fn model(
+        &mut self,
+        path: &Path,
+        material: Option<usize>,
+        read: impl FnOnce(&mut Self) -> Result<Vec<ShapeDescription>>,
+    ) -> Result<Vec<ShapeDescription>> {
+        let key = (path.to_path_buf(), material.is_some());
+        let mut shapes = match self.models.get(&key) {
+            Some(known) => known.clone(),
+            None => {
+                let shapes = read(self)?;
+                self.models.insert(key, shapes.clone());
+                shapes
+            }
+        };
+        if let Some(material) = material {
+            shapes
+                .iter_mut()
+                .for_each(|shape| shape.material = material);
+        }
+        Ok(shapes)
     }
 
     /// Returns the grey default material, which is added on first use.

@@ -13,6 +13,7 @@ mod gltf;
 mod instance;
 mod light;
 mod material;
+mod mesh_files;
 mod mitsuba;
 mod model;
 mod motion;
@@ -38,6 +39,7 @@ pub use wording::unknown_name;
 use super::description::SceneDescription;
 use crate::error::{Error, Result};
 use crate::memory;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// The loader of a format.
@@ -153,12 +155,28 @@ fn read_text(path: &Path) -> Result<String> {
 /// # Errors
 /// If the file cannot be read, is not a regular file, or there is no memory for it.
 fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    let length = length_of(path)?;
+    memory::check(length, || format!("{}", path.display()))?;
+    std::fs::read(path).map_err(|error| Error::io("cannot read", path, error))
+}
+
+/// Opens a file of which only parts are read, and returns its length in bytes, too.
+///
+/// # Errors
+/// If the file cannot be read, or is not a regular file.
+fn open(path: &Path) -> Result<(File, u64)> {
+    let length = length_of(path)?;
+    let file = File::open(path).map_err(|error| Error::io("cannot read", path, error))?;
+    Ok((file, length))
+}
+
+/// Returns the length of a file in bytes.
+fn length_of(path: &Path) -> Result<u64> {
     let cannot_read = |error| Error::io("cannot read", path, error);
     // Reading a device such as /dev/zero would not terminate.
     let metadata = std::fs::metadata(path).map_err(cannot_read)?;
     if !metadata.is_file() {
         return Err(cannot_read(std::io::Error::other("not a regular file")));
     }
-    memory::check(metadata.len(), || format!("{}", path.display()))?;
-    std::fs::read(path).map_err(cannot_read)
+    Ok(metadata.len())
 }

@@ -40,17 +40,19 @@ pub fn load(
     shapes(path, obj, material, contents)
 }
 
-/// Reads a model without its groups and with one material.
+/// Reads the meshes of a model, without its groups and materials.
 ///
 /// # Errors
 /// As [`load`].
-pub fn load_whole(
-    path: &Path,
-    material: usize,
-    contents: &mut SceneContents,
-) -> Result<Vec<ShapeDescription>> {
+pub fn load_whole(path: &Path, contents: &mut SceneContents) -> Result<Vec<MeshDescription>> {
     let obj = ObjText::read_whole(&read_any_text(path)?).map_err(at(path))?;
-    shapes(path, obj, Some(material), contents)
+    // Any material, as none is returned.
+    let shapes = shapes(path, obj, Some(0), contents)?;
+    let meshes = shapes.into_iter().filter_map(|shape| match shape.geometry {
+        GeometryDescription::Mesh(mesh) => Some(Arc::unwrap_or_clone(mesh)),
+        _ => None,
+    });
+    Ok(meshes.collect())
 }
 
 fn shapes(

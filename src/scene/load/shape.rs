@@ -82,8 +82,9 @@ pub fn shape(
         let model = table.required("file")?;
         let path = folder.join(model.text()?);
         table.finish()?;
-        let mut shapes =
-            obj::load(&path, material, contents).map_err(|error| named_by(error, &model))?;
+        let read = |contents: &mut SceneContents| obj::load(&path, material, contents);
+        let shapes = contents.model(&path, material, read);
+        let mut shapes = shapes.map_err(|error| named_by(error, &model))?;
         for shape in &mut shapes {
             shape.transform = transform;
             shape.motion.clone_from(&motion);
@@ -132,10 +133,20 @@ fn ply(
     if colours.is_empty() {
         return Ok((GeometryDescription::Mesh(mesh), contents.default_material()));
     }
-    let mut mesh = MeshDescription::clone(&mesh);
-    let place = Place::of_file(path);
-    let material = vertex_colours::to_material(&mut mesh, &colours, place, contents)?;
-    Ok((GeometryDescription::Mesh(Arc::new(mesh)), material))
+    // The texture of the colours is not read again, either.
+    let shapes = contents.model(path, None, |contents| {
+        let mut mesh = MeshDescription::clone(&mesh);
+        let place = Place::of_file(path);
+        let material = vertex_colours::to_material(&mut mesh, &colours, place.clone(), contents)?;
+        let geometry = GeometryDescription::Mesh(Arc::new(mesh));
+        Ok(vec![ShapeDescription {
+            material,
+            ..ShapeDescription::new("", place, geometry)
+        }])
+    })?;
+    let shape = shapes.into_iter().next();
+    let shape = shape.ok_or_else(|| Error::scene("expected a mesh").in_file(path))?;
+    Ok((shape.geometry, shape.material))
 }
 
 /// Wraps an error about a model in one about the scene that refers to it; both places are reported.

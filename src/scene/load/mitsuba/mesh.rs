@@ -26,12 +26,35 @@ pub struct MeshOptions {
     pub flip_v: bool,
 }
 
-/// Returns the mesh with our conventions.
+impl MeshOptions {
+    /// The options without what does not change a mesh that has normals or not: only normals that are computed depend on the
+    /// whole transform, and only triangles without normals on whether it mirrors.
+    pub fn reduced(self, has_normals: bool) -> Self {
+        let mirror = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
+        Self {
+            to_world: match (self.face_normals, has_normals) {
+                (true, _) if self.to_world.determinant() < 0.0 => mirror,
+                (true, _) | (false, true) => DMat3::IDENTITY,
+                (false, false) => self.to_world,
+            },
+            flip_v: self.flip_v && self.to_uv.is_some(),
+            ..self
+        }
+    }
+}
+
+/// Returns a mesh with our conventions.
 pub fn finished(mut mesh: MeshDescription, options: &MeshOptions) -> MeshDescription {
+    finish(&mut mesh, options);
+    mesh
+}
+
+/// Gives a mesh our conventions.
+pub fn finish(mesh: &mut MeshDescription, options: &MeshOptions) {
     if options.face_normals {
         mesh.normals.clear();
     } else if mesh.normals.is_empty() {
-        mesh.normals = smooth_normals(&mesh, options.to_world);
+        mesh.normals = smooth_normals(mesh, options.to_world);
     }
     let is_mirrored = options.to_world.determinant() < 0.0;
     let normals = &mesh.normals;
@@ -65,7 +88,6 @@ pub fn finished(mut mesh: MeshDescription, options: &MeshOptions) -> MeshDescrip
             }
         }
     }
-    mesh
 }
 
 fn face_normal([a, b, c]: [DVec3; 3]) -> DVec3 {

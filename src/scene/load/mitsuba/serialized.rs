@@ -10,7 +10,7 @@ use crate::math::vec::{DVec2, DVec3};
 use crate::memory;
 use crate::scene::description::MeshDescription;
 use flate2::read::ZlibDecoder;
-use std::io::Read;
+use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
 const MAGIC: u16 = 0x041c;
@@ -28,57 +28,62 @@ const PIECE: usize = 1 << 20;
 /// # Errors
 /// If the file cannot be read, has no such mesh, or the mesh is damaged.
 pub fn read(path: &Path, index: usize) -> Result<(MeshDescription, bool)> {
-    let bytes = super::super::read_bytes(path)?;
-    let mesh = find(&bytes, index).and_then(|(stream, version)| inflate(stream, version));
+    let (file, length) = super::super::open(path)?;
+    let mesh = read_from(file, length, index);
     mesh.map_err(|why| Error::scene(format!("mesh {index}: {why}")).in_file(path))
 }
 
+/// Reads a mesh from a file of `length` bytes, of which no other mesh is read.
+fn read_from(
+    file: impl Read + Seek,
+    length: u64,
+    index: usize,
+) -> std::result::Result<(MeshDescription, bool), String> {
+    let (stream, version) = find(file, length, index as u64)?;
+    inflate(stream, version)
+}
+
 /// Returns the compressed stream of a mesh, and the version of the format.
-fn find(bytes: &[u8], index: usize) -> std::result::Result<(&[u8], u16), String> {
-    let number = |at: usize, size: usize| {
-        let bytes = bytes.get(at..at.checked_add(size)?)?;
-        Some(
-            bytes
-                .iter()
-                .rev()
-                .fold(0_u64, |number, &byte| number << 8 | u64::from(byte)),
-        )
+fn find(
+    mut file: impl Read + Seek,
+    length: u64,
+    index: u64,
+) -> std::result::Result<(impl Read, u16), String> {
+    let mut number = |at: u64, size: usize| -> Option<u64> {
+        let mut bytes = [0; 8];
+        file.seek(SeekFrom::Start(at)).ok()?;
+        file.read_exact(&mut bytes[..size]).ok()?;
+        Some(u64::from_le_bytes(bytes))
     };
-    let header = |at: usize| Some((number(at, 2)? as u16, number(at + 2, 2)? as u16));
-    match header(0) {
-        Some((MAGIC, 3 | 4)) => {}
+    let header = |both: Option<u64>| both.map(|both| (both as u16, (both >> 16) as u16));
+    let version = match header(number(0, 4)) {
+        Some((MAGIC, version @ (3 | 4))) => version,
         Some((MAGIC, version)) => return Err(format!("expected version 3 or 4, found {version}")),
         _ => return Err("expected a file in Mitsuba's format `serialized`".to_owned()),
-    }
+    };
     let cut = || "the file is cut: expected its index at the end".to_owned();
-    let end = bytes.len() - 4;
-    let count = number(end, 4).ok_or_else(cut)? as usize;
+    let end = length.saturating_sub(4);
+    let count = number(end, 4).ok_or_else(cut)?;
     if index >= count {
         return Err(format!("there are {count} meshes, counted from 0"));
     }
-    let size = if header(0).is_some_and(|(_, version)| version == 4) {
-        8
-    } else {
-        4
-    };
-    let table = count
-        .checked_mul(size)
-        .and_then(|table| end.checked_sub(table))
-        .ok_or_else(cut)?;
-    let start = number(table + index * size, size).ok_or_else(cut)?;
-    let start = usize::try_from(start)
-        .ok()
-        .filter(|&start| start < table)
-        .ok_or_else(cut)?;
-    match header(start) {
-        Some((MAGIC, version @ (3 | 4))) if start + 4 <= table => {
-            Ok((&bytes[start + 4..table], version))
-        }
-        _ => Err(format!("expected a mesh at byte {start}")),
+    let size = if version == 4 { 8 } else { 4 };
+    let table = end.checked_sub(count * size as u64).ok_or_else(cut)?;
+    let start = number(table + index * size as u64, size);
+    let start = start.filter(|&start| start < table).ok_or_else(cut)?;
+    let wrong = || format!("expected a mesh at byte {start}");
+    let size = table.checked_sub(start + 4).ok_or_else(wrong)?;
+    // The stream begins after the header, where reading this leaves the file.
+    match header(number(start, 4)) {
+        Some((MAGIC, version @ (3 | 4))) => Ok((file.take(size), version)),
+        _ => Err(wrong()),
     }
 }
 
-fn inflate(stream: &[u8], version: u16) -> std::result::Result<(MeshDescription, bool), String> {
+fn inflate(
+    stream: impl Read,
+    version: u16,
+) -> std::result::Result<(MeshDescription, bool), String> {
     let mut reader = Inflated(ZlibDecoder::new(stream));
     let flags = reader.whole(4)? as u32;
     if version == 4 {
@@ -144,9 +149,9 @@ fn triples(numbers: &[f64]) -> Vec<DVec3> {
 }
 
 /// A decompressed stream.
-struct Inflated<'a>(ZlibDecoder<&'a [u8]>);
+struct Inflated<R>(ZlibDecoder<R>);
 
-impl Inflated<'_> {
+impl<R: Read> Inflated<R> {
     fn fill(&mut self, bytes: &mut [u8]) -> std::result::Result<(), String> {
         let read = self.0.read_exact(bytes);
         read.map_err(|error| format!("the mesh is cut or damaged: {error}"))
@@ -198,5 +203,72 @@ impl Inflated<'_> {
             }
         })?;
         Ok(floats)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flate2::Compression;
+    use flate2::write::ZlibEncoder;
+    use std::io::{Cursor, Write};
+
+    /// A file whose reader counts the bytes that are read.
+    struct Counted<'a>(Cursor<&'a [u8]>, &'a mut usize);
+
+    impl Read for Counted<'_> {
+        fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+            let read = self.0.read(bytes)?;
+            *self.1 += read;
+            Ok(read)
+        }
+    }
+
+    impl Seek for Counted<'_> {
+        fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+            self.0.seek(to)
+        }
+    }
+
+    /// A triangle at this height in version 4.
+    fn triangle(height: f32) -> Vec<u8> {
+        let mut content = [0_u8; 5].to_vec();
+        for count in [3_u64, 1] {
+            content.extend(count.to_le_bytes());
+        }
+        for number in [0.0, 0.0, height, 1.0, 0.0, height, 0.0, 1.0, height] {
+            content.extend(number.to_le_bytes());
+        }
+        for index in [0_u32, 1, 2] {
+            content.extend(index.to_le_bytes());
+        }
+        let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
+        packed.write_all(&content).expect("a vector grows");
+        let packed = packed.finish().expect("a vector grows");
+        [&[0x1c, 0x04, 4, 0][..], &packed].concat()
+    }
+
+    #[test]
+    fn one_of_many_serialized_meshes_is_read_without_the_others() {
+        let count = 4000_u32;
+        let (mut file, mut starts) = (vec![], vec![]);
+        for mesh in 0..count {
+            starts.extend((file.len() as u64).to_le_bytes());
+            file.extend(triangle(mesh as f32));
+        }
+        file.extend(starts);
+        file.extend(count.to_le_bytes());
+        let length = file.len() as u64;
+        for index in [0, 1234, count - 1] {
+            let mut read = 0;
+            let counted = Counted(Cursor::new(&file), &mut read);
+            let (mesh, is_faceted) =
+                read_from(counted, length, index as usize).expect("a whole file");
+            assert_eq!(mesh.positions[2], DVec3::new(0.0, 1.0, f64::from(index)));
+            assert!(!is_faceted);
+            assert!(read < file.len() / 4, "{read} of {}", file.len());
+        }
+        let cut = Cursor::new(&file);
+        assert!(read_from(cut, length, count as usize).is_err());
     }
 }

@@ -5,6 +5,7 @@
 //! Source: Mitsuba 3 documentation, "Shapes". Tested in `tests/loading/mitsuba.rs`.
 
 use super::super::contents::SceneContents;
+use super::super::mesh_files::{FileMeshes, MeshFacts, MeshFiles};
 use super::super::wording::unknown_name;
 use super::super::{obj, ply};
 use super::material::{MitsubaMaterial, material};
@@ -46,7 +47,14 @@ pub struct Shapes {
     groups: HashMap<*const XmlObject, usize>,
     grey: Option<MitsubaMaterial>,
     black: Option<MitsubaMaterial>,
+    meshes: ShapeMeshes,
+}
+
+/// Meshes that several shapes have.
+#[derive(Default)]
+struct ShapeMeshes {
     cylinders: Cylinders,
+    files: MeshFiles,
 }
 
 impl Shapes {
@@ -86,8 +94,8 @@ impl Shapes {
         }
         let first = contents.shapes.len();
         let to_world = shape.transform("to_world")?;
-        let cylinders = &mut self.cylinders;
-        for (geometry, transform) in geometries(shape, to_world, &surface, cylinders, contents)? {
+        let meshes = &mut self.meshes;
+        for (geometry, transform) in geometries(shape, to_world, &surface, meshes, contents)? {
             contents.shapes.push(ShapeDescription {
                 transform,
                 group,
@@ -201,7 +209,7 @@ fn geometries(
     shape: &XmlObject,
     to_world: DAffine3,
     surface: &MitsubaMaterial,
-    cylinders: &mut Cylinders,
+    meshes: &mut ShapeMeshes,
     contents: &mut SceneContents,
 ) -> Result<Vec<(GeometryDescription, DAffine3)>> {
     let flip = shape.truth("flip_normals", false)?;
@@ -219,39 +227,11 @@ fn geometries(
         )
     };
     Ok(vec![match shape.kind.as_str() {
-        "obj" => {
-            options.flip_v = shape.truth("flip_tex_coords", true)?;
-            let path = shape.file()?;
-            let named = |error: crate::Error| shape.error(&error.to_string()).of_kind(error.kind());
-            let models = obj::load_whole(&path, surface.material, contents).map_err(named)?;
-            let meshes = models.into_iter().filter_map(|model| match model.geometry {
-                GeometryDescription::Mesh(mesh) => {
-                    Some(as_mesh(Arc::unwrap_or_clone(mesh), &options))
-                }
-                _ => None,
-            });
-            return Ok(meshes.collect());
-        }
-        "ply" => {
-            options.flip_v = shape.truth("flip_tex_coords", false)?;
-            let named = |error: crate::Error| shape.error(&error.to_string()).of_kind(error.kind());
-            let model = ply::read_mesh(&shape.file()?).map_err(named)?;
-            for note in model.notes {
-                contents.note(note);
-            }
-            as_mesh(model.mesh, &options)
-        }
-        "serialized" => {
-            let is_index = |n: f64| n >= 0.0 && n.fract() == 0.0 && n < 1e9;
-            let index =
-                shape.number_where("shape_index", 0.0, "a whole number of at least 0", is_index)?;
-            let named = |error: crate::Error| shape.error(&error.to_string()).of_kind(error.kind());
-            let read = serialized::read(&shape.file()?, index as usize);
-            let (mesh, is_faceted) = read.map_err(named)?;
-            if shape.get("face_normals").is_none() {
-                options.face_normals = is_faceted;
-            }
-            as_mesh(mesh, &options)
+        "obj" | "ply" | "serialized" => {
+            options.flip_v = shape.truth("flip_tex_coords", shape.kind == "obj")?;
+            let parts = file_meshes(shape, options, &mut meshes.files, contents)?;
+            let placed = |mesh| (GeometryDescription::Mesh(mesh), to_world);
+            return Ok(parts.into_iter().map(placed).collect());
         }
         "cube" => as_mesh(mesh::cube(), &options),
         "rectangle" if surface.to_uv.is_none() && !flip => (
@@ -266,9 +246,63 @@ fn geometries(
         "disk" => round::disk(shape, to_world, flip, surface, contents)?,
         "sphere" => round::sphere(shape, to_world, flip, surface, contents)?,
         "cylinder" => {
-            let (geometry, placed) = round::cylinder(shape, &options, cylinders, contents)?;
+            let (geometry, placed) =
+                round::cylinder(shape, &options, &mut meshes.cylinders, contents)?;
             (geometry, to_world * placed)
         }
         other => return Err(shape.error(&unknown_name("shape", other, KNOWN))),
     }])
+}
+
+/// Returns the meshes of a shape that a file describes.
+fn file_meshes(
+    shape: &XmlObject,
+    options: MeshOptions,
+    files: &mut MeshFiles,
+    contents: &mut SceneContents,
+) -> Result<Vec<Arc<MeshDescription>>> {
+    let mut index = 0;
+    if shape.kind == "serialized" {
+        let is_index = |n: f64| n >= 0.0 && n.fract() == 0.0 && n < 1e9;
+        let what = "a whole number of at least 0";
+        index = shape.number_where("shape_index", 0.0, what, is_index)? as usize;
+    }
+    let path = shape.file()?;
+    let read = |contents: &mut SceneContents| match shape.kind.as_str() {
+        "obj" => Ok(FileMeshes {
+            parts: obj::load_whole(&path, contents)?,
+            is_faceted: false,
+        }),
+        "ply" => {
+            let model = ply::read_mesh(&path)?;
+            model.notes.into_iter().for_each(|note| contents.note(note));
+            Ok(FileMeshes {
+                parts: vec![model.mesh],
+                is_faceted: false,
+            })
+        }
+        _ => {
+            let (mesh, is_faceted) = serialized::read(&path, index)?;
+            Ok(FileMeshes {
+                parts: vec![mesh],
+                is_faceted,
+            })
+        }
+    };
+    let states_normals = shape.get("face_normals").is_some();
+    let changes = |facts: MeshFacts| {
+        let face_normals = match states_normals {
+            true => options.face_normals,
+            false => facts.is_faceted,
+        };
+        MeshOptions {
+            face_normals,
+            ..options
+        }
+        .reduced(facts.have_normals)
+    };
+    let named = |error: crate::Error| shape.error(&error.to_string()).of_kind(error.kind());
+    files
+        .meshes((&path, index), contents, read, changes, mesh::finish)
+        .map_err(named)
 }

@@ -12,6 +12,7 @@ use crate::math::rgb::Rgb;
 use crate::math::vec::DVec3;
 use crate::scene::description::{Note, NoteKind, Place};
 use crate::scene::load::contents::SceneContents;
+use crate::scene::load::mesh_files::MeshFiles;
 use crate::scene::load::read_text;
 use crate::scene::load::spectrum::{self, NamedSpectrum, Spectrum};
 use crate::scene::load::wording::{shown, unknown_name};
@@ -22,6 +23,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Default)]
 pub struct Library {
     pub contents: SceneContents,
+    pub mesh_files: MeshFiles,
     /// The folder of the main file.
     pub folder: PathBuf,
     /// Textures of type `float`.

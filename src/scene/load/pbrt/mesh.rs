@@ -24,7 +24,7 @@ pub struct Finish {
 }
 
 /// Gives the triangles of a mesh the side and the texture coordinates that pbrt gives them.
-pub fn finish(mesh: &mut MeshDescription, finish: Finish) {
+pub fn finish(mesh: &mut MeshDescription, finish: &Finish) {
     if mesh.normals.is_empty() {
         if finish.reverse {
             mesh.indices.iter_mut().for_each(|t| t.swap(1, 2));

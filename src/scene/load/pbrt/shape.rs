@@ -11,6 +11,8 @@ use super::params::Parameters;
 use crate::error::Result;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{GeometryDescription, MeshDescription};
+use crate::scene::load::contents::SceneContents;
+use crate::scene::load::mesh_files::FileMeshes;
 use crate::scene::load::ply;
 use crate::scene::load::revolution::{self, Round};
 use crate::scene::load::wording::unknown_name;
@@ -226,17 +228,30 @@ impl Library {
             params.has("edgelength");
         }
         let path = self.path(file);
-        let model = match path.extension().is_some_and(|extension| extension == "gz") {
-            true => unpacked(&path).and_then(|bytes| ply::decode(&bytes, &path)),
-            false => ply::read_mesh(&path),
+        let read = |contents: &mut SceneContents| {
+            let model = match path.extension().is_some_and(|extension| extension == "gz") {
+                true => ply::decode(&unpacked(&path)?, &path)?,
+                false => ply::read_mesh(&path)?,
+            };
+            model.notes.into_iter().for_each(|note| contents.note(note));
+            Ok(FileMeshes {
+                parts: vec![model.mesh],
+                is_faceted: false,
+            })
         };
-        let model = model.map_err(|error| self.about(params, "filename", &error))?;
-        Ok(finished(model.mesh, appearance.finish))
+        let files = &mut self.mesh_files;
+        let changes = |_| appearance.finish;
+        let contents = &mut self.contents;
+        let meshes = files.meshes((&path, 0), contents, read, changes, finish);
+        let meshes = meshes.map_err(|error| self.about(params, "filename", &error))?;
+        let mesh = meshes.into_iter().next();
+        let mesh = mesh.ok_or_else(|| params.error("expected a mesh"))?;
+        Ok((GeometryDescription::Mesh(mesh), DAffine3::IDENTITY))
     }
 }
 
 fn finished(mut mesh: MeshDescription, changes: Finish) -> Outline {
-    finish(&mut mesh, changes);
+    finish(&mut mesh, &changes);
     (
         GeometryDescription::Mesh(Arc::new(mesh)),
         DAffine3::IDENTITY,
@@ -253,7 +268,7 @@ fn cut(
     let key = format!("{part:?} {degrees} {changes:?}");
     let mesh = meshes.entry(key).or_insert_with(|| {
         let mut mesh = revolution::round(part, degrees.to_radians());
-        finish(&mut mesh, changes);
+        finish(&mut mesh, &changes);
         Arc::new(mesh)
     });
     GeometryDescription::Mesh(Arc::clone(mesh))

@@ -7,7 +7,7 @@
 use crate::common::scene_folder::{SceneFolder, TRIANGLE};
 use crate::mitsuba::{complaint, mesh, scene, valid};
 use etendue::Error;
-use etendue::description::{MaterialModel, SceneDescription};
+use etendue::description::{GeometryDescription, MaterialModel, SceneDescription};
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::scene::load::load;
 use std::fs;
@@ -180,6 +180,25 @@ fn cycles_and_long_chains_of_references_are_rejected() {
         .collect();
     let words = complaint(&format!("<shape id=\"s0\" type=\"sphere\"/>{pairs}"));
     assert!(words.contains("at most 1048576 objects"), "{words}");
+}
+
+/// If every `$name` were compared with every parameter, this would take minutes.
+#[test]
+fn many_parameters_are_replaced_quickly() {
+    let count = 50_000;
+    let name = |i: usize| format!("a_parameter_of_number_{i}_");
+    let parameters = (0..count).map(|i| format!("<default name=\"{}\" value=\"{i}\"/>\n", name(i)));
+    let spheres = (0..count).step_by(2).map(|i| {
+        let name = name(i);
+        format!("<shape type=\"sphere\"><float name=\"radius\" value=\"1${name}\"/></shape>\n")
+    });
+    let it = valid(&parameters.chain(spheres).collect::<String>());
+    assert_eq!(it.shapes.len(), count / 2);
+    let radius = it.shapes[7].transform.matrix3.x_axis.length();
+    let GeometryDescription::Sphere { radius: own, .. } = it.shapes[7].geometry else {
+        panic!("{:?}", it.shapes[7].geometry);
+    };
+    assert_eq!(radius * own, 114.0);
 }
 
 /// With a search from the beginning for the line of every element, this would take minutes.

@@ -11,12 +11,12 @@ use super::super::wording::{shown, unknown_name};
 use super::folders::Folders;
 use super::object::{Value, XmlObject};
 use super::old::{snake_case, upgrade};
+use super::parameters::Parameters;
 use super::references::{MAX_NESTED, SceneObjects, WrittenProperty, WrittenValue, too_deep};
 use crate::error::{Error, Result};
 use crate::scene::description::Place;
 use roxmltree::{Document, Node};
 use std::cell::Cell;
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 
@@ -79,8 +79,8 @@ pub fn read(path: &Path) -> Result<XmlObject> {
 #[derive(Default)]
 pub(super) struct DocumentReader {
     /// The values of `$names`.
-    pub(super) defaults: BTreeMap<String, String>,
-    /// The number of bytes that these values inserted.
+    pub(super) parameters: Parameters,
+    /// The number of bytes that these values inserted, or that were compared with names in vain.
     pub(super) inserted: Cell<usize>,
     /// The number of bytes of all files.
     pub(super) bytes: usize,
@@ -179,7 +179,7 @@ impl DocumentReader {
                 "default" => {
                     let name = self.required(source, node, "name")?;
                     let value = self.required(source, node, "value")?;
-                    self.defaults.entry(name).or_insert(value);
+                    self.parameters.add(name, value);
                 }
                 "include" => properties.append(&mut self.include(source, node, nested)?),
                 "path" => self.path(source, node)?,

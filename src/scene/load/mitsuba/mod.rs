@@ -13,6 +13,7 @@ mod mesh;
 mod metals;
 mod object;
 mod old;
+mod parameters;
 mod references;
 mod round;
 mod sensor;

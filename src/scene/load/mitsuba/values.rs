@@ -1,7 +1,8 @@
 //! The attributes of a Mitsuba scene's XML: parameters, numbers, vectors, colours and spectra.
 //!
 //! Measure: as written.
-//! Range: numbers are finite; parameters insert at most 64 times the bytes of the files.
+//! Range: numbers are finite; parameters insert at most 64 times the bytes of the files, and what is compared with their names in
+//! vain counts as inserted.
 //! Source: Mitsuba 3 documentation, "Scene XML file format". Tested in `tests/loading/mitsuba.rs`.
 
 use super::super::read_text;
@@ -39,31 +40,28 @@ impl DocumentReader {
                 continue;
             }
             text.push_str(before);
-            // The longest name, as one may begin with another.
-            let known = self
-                .defaults
-                .keys()
-                .filter(|name| after.starts_with(name.as_str()));
-            let Some(name) = known.max_by_key(|name| name.len()) else {
+            let Some(found) = self.parameters.at_start_of(after) else {
                 let word: String = after
                     .chars()
                     .take_while(|c| c.is_alphanumeric() || *c == '_')
                     .collect();
-                let names: Vec<&str> = self.defaults.keys().map(String::as_str).collect();
+                let names = self.parameters.names();
                 return Err(source
                     .place(node)
                     .error(unknown_name("parameter", &word, &names)));
             };
-            let value = &self.defaults[name];
-            self.inserted.set(self.inserted.get() + value.len());
+            // Names that contain dollar signs may agree with more text than that up to the next one.
+            let in_vain = found.compared - found.name.len();
+            self.inserted
+                .set(self.inserted.get() + found.value.len() + in_vain);
             if self.inserted.get() > MAX_INSERTED * self.bytes {
                 let why = format!(
                     "expected parameters that insert at most {MAX_INSERTED} times the bytes of the files"
                 );
                 return Err(source.place(node).error(why));
             }
-            text.push_str(value);
-            rest = &after[name.len()..];
+            text.push_str(found.value);
+            rest = &after[found.name.len()..];
         }
         text.push_str(rest);
         Ok(Some(text))

@@ -75,13 +75,14 @@ fn models(scene: &SceneDescription) -> Vec<&MaterialModel> {
 }
 
 #[test]
-fn specular_glossiness_becomes_a_dielectric_or_metal() {
+fn required_specular_glossiness_becomes_a_dielectric_or_metal() {
+    let required = ",\"extensionsRequired\":[\"KHR_materials_pbrSpecularGlossiness\"]";
     let model = |specular: f32| {
         let keys = format!(
             "\"extensions\":{{\"KHR_materials_pbrSpecularGlossiness\":{{\"diffuseFactor\":[0.5,0.25,0.125,1],\
              \"specularFactor\":[{specular},{specular},{specular}],\"glossinessFactor\":0.75}}}}"
         );
-        with_material(&keys, "")
+        with_material(&keys, required)
     };
     let scene = model(0.04);
     let [

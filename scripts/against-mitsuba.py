@@ -28,10 +28,14 @@ def comparable(path, folder, width):
     here = os.path.dirname(os.path.abspath(path))
     absolute = lambda match: f'name="filename" value="{os.path.join(here, match.group(1))}"'
     text = re.sub(r'name="filename" value="([^"]+)"', absolute, text)
-    size = [int(re.search(rf'name="res{axis}" value="(\d+)"', text).group(1)) for axis in "xy"]
-    size = [width, max(1, round(width * size[1] / size[0]))]
-    for axis, pixels in zip("xy", size):
-        text = re.sub(rf'name="res{axis}" value="\d+"', f'name="res{axis}" value="{pixels}"', text)
+    for names in (("resx", "resy"), ("width", "height")):
+        size = [re.search(rf'name="{name}" value="(\d+)"', text) for name in names]
+        if all(size):
+            size = [int(match.group(1)) for match in size]
+            size = [width, max(1, round(width * size[1] / size[0]))]
+            for name, pixels in zip(names, size):
+                text = re.sub(rf'name="{name}" value="\d+"', f'name="{name}" value="{pixels}"', text)
+            break
     copy = os.path.join(folder, "scene.xml")
     with open(copy, "w") as file:
         file.write(text)

@@ -4,7 +4,8 @@
 #   sbatch --array=0-15 scripts/slurm/shard.sh FOLDER
 #
 # FOLDER is shared by all nodes and has the files that render.sh describes. A task that is submitted or queued again goes
-# on from its checkpoint, and ends at once if its shard is there. `settings` there may name ETENDUE, the program, and EVERY, the
+# on from its checkpoint, and ends at once if its shard is there. A checkpoint that is damaged is kept under another name, which
+# the log tells, and the shard begins anew. `settings` there may name ETENDUE, the program, and EVERY, the
 # time between two checkpoints.
 #SBATCH --job-name=etendue-shard
 #SBATCH --requeue
@@ -28,8 +29,9 @@ if [ -e "$folder/pilot.etd" ]; then
     set -- "$@" --pilot "$folder/pilot.etd"
 fi
 if [ -e "$checkpoint" ]; then
-    set -- "$@" --resume "$checkpoint"
+    set -- "$@" --resume "$checkpoint" --set-damaged-aside
 fi
 # The program takes the place of the shell, so that SIGTERM reaches it, and its checkpoint has all that was done.
 exec "${ETENDUE:-etendue}" render "$@" --spp "$(cat "$folder/spp")" --shard "$range" --out "$part" \
-    --checkpoint "$checkpoint" --every "${EVERY:-60s}" --threads "${SLURM_CPUS_PER_TASK:-${SLURM_CPUS_ON_NODE:-1}}" --quiet
+    --checkpoint "$checkpoint" --every "${EVERY:-60s}" \
+    --threads "${SLURM_CPUS_PER_TASK:-${SLURM_CPUS_ON_NODE:-1}}" --quiet

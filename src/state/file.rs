@@ -112,6 +112,16 @@ fn too_large() -> io::Error {
     io::ErrorKind::OutOfMemory.into()
 }
 
+/// Whether the checksum of a file is not that of its contents: no version of etendue wrote it so.
+///
+/// # Errors
+/// A file that cannot be read, which may be whole.
+pub fn is_damaged(path: &Path) -> Result<bool> {
+    let bytes = read_bytes(path, vec![])?;
+    let parts = bytes.split_last_chunk::<CHECKSUM>();
+    Ok(!parts.is_some_and(|(content, checksum)| blake3::hash(content) == *checksum))
+}
+
 /// A file whose checksum was found to be right.
 pub struct Checked {
     /// The header.

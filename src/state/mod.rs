@@ -42,7 +42,7 @@ use crate::render::adaptive::allocation::Allocation;
 use crate::render::convergence::{ErrorRecord, Forecast, stated};
 use crate::render::settings::SamplerKind;
 use crate::render::{Rendered, check_found_light};
-pub use file::{FORMAT, read_header, with_checksum};
+pub use file::{FORMAT, is_damaged, read_header, with_checksum};
 pub use fingerprint::{Fingerprint, fingerprint};
 pub use header::{AdaptivePilot, StateHeader};
 pub use merge::Merge;

@@ -32,7 +32,7 @@ pub use price::PriceArguments;
 pub use render::RenderArguments;
 pub use scene::{Fidelity, SceneArguments};
 pub use settings::SettingsArguments;
-pub use state::MergeArguments;
+pub use state::{MergeArguments, StateArguments};
 pub use study::StudyArguments;
 
 use clap::{Args, Parser, Subcommand};

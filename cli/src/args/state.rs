@@ -43,6 +43,11 @@ pub struct StateArguments {
     /// All flags that affect samples have to be those of the render that wrote it. --time counts from now.
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
+    /// If the file of --resume is damaged, rename it to FILE.damaged and begin anew, as a task of a cluster has nobody to ask.
+    ///
+    /// Only with --checkpoint to the same file. A state of another render or version is refused as without this flag.
+    #[arg(long, requires_all = ["resume", "checkpoint"])]
+    pub set_damaged_aside: bool,
 }
 
 /// Arguments of `merge`.

@@ -4,7 +4,7 @@
 //! Range: any render; what cannot be divided or continued is refused before the first sample.
 //! Source: none needed. Tested in `cli/tests/command/shards.rs` and `cli/tests/command/checkpoints.rs`.
 
-use crate::args::RenderArguments;
+use crate::args::{RenderArguments, StateArguments};
 use crate::output::Watcher;
 use etendue::internals::film::Film;
 use etendue::internals::image::atomic::{ExistingFile, check_creatable};
@@ -12,8 +12,9 @@ use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::{Progress, RenderObserver, Rendered};
 use etendue::internals::session::states::save;
 use etendue::internals::session::{Rendering, Session};
-use etendue::internals::state::{State, StateHeader, read_header};
+use etendue::internals::state::{State, StateHeader, is_damaged, read_header};
 use etendue::{Error, ErrorKind, Result};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -50,6 +51,16 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
         )
         .in_file(checkpoint));
     }
+    if let (true, Some(file), Some(checkpoint)) =
+        (state.set_damaged_aside, &state.resume, &state.checkpoint)
+        && !is_same_file(file, checkpoint)
+    {
+        return Err(Error::usage(format!(
+            "--set-damaged-aside is for the checkpoint, {}, and --resume names another file",
+            checkpoint.display()
+        ))
+        .in_file(file));
+    }
     if let Some(cache) = state.cache.as_ref().filter(|cache| !cache.exists()) {
         check_creatable(cache)?;
     }
@@ -77,7 +88,7 @@ fn check_replaceable(checkpoint: &Path) -> Result<()> {
         .in_file(checkpoint)),
         Ok(_) => Ok(()),
         // An empty file, such as a temporary one, has nothing to lose.
-        Err(error) if std::fs::metadata(checkpoint).is_ok_and(|it| it.is_file() && it.len() > 0) => {
+        Err(error) if fs::metadata(checkpoint).is_ok_and(|it| it.is_file() && it.len() > 0) => {
             Err(error)
         }
         Err(_) => Ok(()),
@@ -96,7 +107,11 @@ pub fn start(
     let pilot = state.pilot.as_deref();
     let pilot = pilot.map(|file| Ok((file, State::read(file)?)));
     let pilot = pilot.transpose()?;
-    let Some(file) = &state.resume else {
+    let continued = match &state.resume {
+        Some(file) => read_to_continue(state, file, watcher)?.map(|old| (file, old)),
+        None => None,
+    };
+    let Some((file, old)) = continued else {
         if let Some(checkpoint) = &state.checkpoint {
             check_replaceable(checkpoint)?;
         }
@@ -115,11 +130,6 @@ pub fn start(
         }
         return Ok(rendering);
     };
-    let is_another = |kept: &&PathBuf| !is_same_file(kept, file);
-    if let Some(kept) = state.checkpoint.as_ref().filter(is_another) {
-        check_replaceable(kept)?;
-    }
-    let old = State::read(file)?;
     let mut options = options.clone();
     let has_limit = options.time.is_some() || options.error.is_some() || options.spp.is_some();
     if !has_limit {
@@ -159,6 +169,49 @@ pub fn start(
         }
     }
     Ok(rendering)
+}
+
+/// Reads the state that a render continues from; `None` if it was damaged and is set aside.
+fn read_to_continue(
+    arguments: &StateArguments,
+    file: &Path,
+    watcher: &Watcher,
+) -> Result<Option<State>> {
+    let is_another = |kept: &&PathBuf| !is_same_file(kept, file);
+    if let Some(kept) = arguments.checkpoint.as_ref().filter(is_another) {
+        check_replaceable(kept)?;
+    }
+    let unusable = match State::read(file) {
+        Ok(old) => return Ok(Some(old)),
+        Err(error) => error,
+    };
+    if !arguments.set_damaged_aside || !is_damaged(file)? {
+        return Err(unusable);
+    }
+    let aside = set_aside(file)?;
+    watcher.warn(&format!(
+        "warning: {}: is a damaged state file: its checksum is not that of its contents; it is now {}, and the render begins anew",
+        file.display(),
+        aside.display()
+    ));
+    Ok(None)
+}
+
+/// Renames a file to the first free name of FILE.damaged, FILE.damaged-2 and so on, and returns that name.
+fn set_aside(file: &Path) -> Result<PathBuf> {
+    let name = |count: u32| {
+        let mut name = file.as_os_str().to_owned();
+        name.push(match count {
+            1 => ".damaged".to_owned(),
+            _ => format!(".damaged-{count}"),
+        });
+        PathBuf::from(name)
+    };
+    let mut names = (1..).map(name);
+    let free = names.find(|name| name.symlink_metadata().is_err());
+    let aside = free.expect("a folder has fewer files than there are numbers");
+    fs::rename(file, &aside).map_err(|error| Error::io("cannot rename", file, error))?;
+    Ok(aside)
 }
 
 /// Lets the pilot of this file distribute the samples of a render, if there is one.

@@ -3,7 +3,7 @@
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{INPUT_OUTPUT, USAGE, command, fails, run, succeed};
 use etendue::internals::image::{ColourSpace, Image};
-use etendue::internals::state::{State, read_header};
+use etendue::internals::state::{State, read_header, with_checksum};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -209,6 +209,50 @@ fn mismatched_state_files_are_rejected_on_resume() {
         "render small.toml --spp 8 --resume it.etd -o it.exr --json",
     );
     assert!(again.stdout.contains("\"spp\": 8"), "{}", again.stdout);
+}
+
+#[test]
+fn damaged_checkpoint_is_set_aside_on_request_and_a_whole_one_is_not() {
+    let folder = small();
+    let flags = "-q --spp 8 --checkpoint it.etd -o it.pfm";
+    succeed(&folder, &format!("render small.toml {flags}"));
+    let read = |name: &str| std::fs::read(folder.path(name)).expect(name);
+    let write = |name: &str, bytes: &[u8]| {
+        std::fs::write(folder.path(name), bytes).expect("it is written");
+    };
+    let (whole, image) = (read("it.etd"), read("it.pfm"));
+    let resume = format!("render small.toml {flags} --resume it.etd");
+    let mut flipped = whole.clone();
+    flipped[whole.len() / 2] ^= 1;
+    let cut = &whole[..whole.len() / 2];
+    let names = ["it.etd.damaged", "it.etd.damaged-2", "it.etd.damaged-3"];
+    for (damaged, name) in [&flipped[..], cut, &[]].into_iter().zip(names) {
+        write("it.etd", damaged);
+        fails(&folder, &resume, INPUT_OUTPUT, &["it.etd", "damaged"]);
+        write("it.pfm", b"");
+        let anew = succeed(&folder, &format!("{resume} --set-damaged-aside"));
+        for word in ["it.etd: is a damaged state file", name, "begins anew"] {
+            assert!(anew.stderr.contains(word), "{}", anew.stderr);
+        }
+        assert!(read(name) == damaged, "{name}");
+        assert!(read("it.pfm") == image);
+    }
+    // A state of another render, or of a format to come, has samples that somebody may want.
+    let aside = format!("{resume} --set-damaged-aside");
+    fails(&folder, &format!("{aside} --seed 7"), USAGE, &["seed is 7"]);
+    let mut other = whole[..whole.len() - 32].to_vec();
+    other[8] += 1;
+    let other = with_checksum(other);
+    write("it.etd", &other);
+    fails(&folder, &aside, INPUT_OUTPUT, &["it.etd", "of format 3"]);
+    // Nor is a file that is no checkpoint.
+    let elsewhere = aside.replace("--resume it.etd", "--resume it.etd.damaged");
+    fails(
+        &folder,
+        &elsewhere,
+        USAGE,
+        &["it.etd.damaged", "--resume names another file"],
+    );
 }
 
 #[test]

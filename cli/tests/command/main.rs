@@ -29,5 +29,7 @@ mod price;
 mod render;
 mod shards;
 mod shared_cache;
+#[cfg(unix)]
+mod slurm_scripts;
 mod study;
 mod study_shards;

@@ -1,6 +1,6 @@
 //! Tests of `render --shard` and `merge`.
 
-use crate::common::scene_folder::{SMALL, SceneFolder, in_repository};
+use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{INPUT_OUTPUT, USAGE, fails, run, succeed};
 use etendue::internals::image::{ColourSpace, LayeredImage};
 use serde_json::Value;
@@ -307,29 +307,4 @@ fn invalid_shards_and_files_are_rejected() {
     );
     fails(&folder, "merge -o it.exr", USAGE, &["<FILE>"]);
     fails(&folder, "merge small.toml -o it.jpg", USAGE, &[".exr"]);
-}
-
-/// The exit code of an image with many samples that are not finite, after the image is written.
-#[cfg(unix)]
-#[test]
-fn slurm_script_reports_an_image_with_samples_that_are_not_finite() {
-    use std::os::unix::fs::PermissionsExt;
-    let folder = SceneFolder::new([
-        ("round", "0..4\n"),
-        ("spp", "4\n"),
-        ("part-0..4.etd", ""),
-        ("merge", "#!/bin/sh\nexit 6\n"),
-    ]);
-    let program = folder.path("merge");
-    let permissions = std::fs::Permissions::from_mode(0o755);
-    std::fs::set_permissions(&program, permissions).expect("it is ours");
-    let ended = std::process::Command::new("sh")
-        .arg(in_repository("scripts/slurm/render.sh"))
-        .arg("--next")
-        .arg(folder.root())
-        .env("ETENDUE", &program)
-        .output();
-    assert!(!ended.expect("sh runs").status.success());
-    let reason = std::fs::read_to_string(folder.path("failed")).expect("a reason");
-    assert!(reason.contains("the image is written"), "{reason}");
 }

@@ -11,7 +11,8 @@
 # see SCENE. It gets `image.exr`, a `part-A..B.etd` and a log for each shard, `report.json` of the last merge, and at last
 # the file `done`, or `failed` with the reason. All of it is kept between jobs in files: `settings` (the environment below),
 # `command` (scene and flags, one a line), `round` (the ranges of samples of the current array, one a line), `spp`, `shards`,
-# `tries`, `rounds`; of an adaptive render, `pilot` (its samples) and `pilot.etd`. With --adaptive, the pilot is the first round.
+# `tries`, `rounds`; of an adaptive render, `pilot` (its samples) and `pilot.etd`. With
+# --adaptive, the pilot is the first round; its length follows from SPP, and it distributes the samples of all later rounds.
 #
 # Environment: ETENDUE, the program (default: etendue). ERROR, the error to reach, such as 1%. ROUNDS, how often samples are
 # added to reach it (default: 8). IMAGE, the output (default: FOLDER/image.exr). TRIES, how often shards that are missing are
@@ -115,13 +116,16 @@ next() {
     # What is whole needs no checkpoint.
     rm -f "$folder"/checkpoint-*.etd "$folder"/.etendue-*.part
     first=$(head -n 1 "$folder/round")
-    pilot=$(cat "$folder/pilot" 2>/dev/null || cat "$folder/spp")
-    if [ "${first%%..*}" = 0 ] && [ "$pilot" -lt "$(cat "$folder/spp")" ]; then
+    if [ -e "$folder/pilot" ] && [ "${first%%..*}" = 0 ]; then
+        # Later rounds need the pilot's file, too.
         "$etendue" merge --partial --quiet "$folder"/part-*.etd --out "$folder/pilot.etd" ||
             fail "the pilot was not merged: see $folder/log-merge.txt"
-        begin_round "$pilot" "$(cat "$folder/spp")"
-        submit_again
-        return
+        pilot=$(cat "$folder/pilot")
+        if [ "$pilot" -lt "$(cat "$folder/spp")" ]; then
+            begin_round "$pilot" "$(cat "$folder/spp")"
+            submit_again
+            return
+        fi
     fi
     code=0
     "$etendue" merge "$folder"/part-*.etd --out "${IMAGE:-$folder/image.exr}" --json ${ERROR:+--error "$ERROR"} \
@@ -202,10 +206,6 @@ end=$spp
 for word in "$@"; do
     case $word in
     --adaptive | --adaptive=two-phase)
-        if [ -n "${ERROR:-}" ]; then
-            echo "render.sh: an adaptive render has a known number of samples, and the pilot's length follows from it: leave out ERROR" >&2
-            exit 2
-        fi
         end=$(pilot_of "$spp")
         echo "$end" >"$folder/pilot"
         ;;

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Tries the scripts on a Slurm of one node on this machine: 16 shards, of which one is cancelled and one killed, have the bits
-# of one render, those of an adaptive render too, rounds go on until an error is reached, and a study is merged. Needs Debian's slurm-wlm and munge, and root.
+# of one render, those of an adaptive render too, rounds go on until an error is reached, also by an adaptive render, and a study
+# is merged. Needs Debian's slurm-wlm and munge, and root.
 #
 #   scripts/slurm/try.sh PROGRAM     such as target/release/etendue
 set -eu
@@ -14,6 +15,8 @@ folder=$(mktemp -d)
 SLURM_CONF=$folder/slurm/slurm.conf
 export SLURM_CONF
 trap '"$here/one-node.sh" stop "$folder/slurm"; rm -rf "$folder"' EXIT
+# A shell that a signal ends runs no EXIT trap.
+trap 'exit 1' INT TERM
 export EVERY=0.2s TRIES=3
 
 # Waits until a command succeeds, for at most two minutes.
@@ -67,6 +70,18 @@ cat "$render/failed" 2>/dev/null && exit 1
 cat "$render/report.json" "$render/done"
 grep -q '"reached": true' "$render/report.json"
 echo "the error was reached after $(ls "$render"/part-*.etd | wc -l) shards"
+
+render=$folder/adaptive-error
+ERROR=3% IMAGE=$render/image.pfm "$here/render.sh" "$render" 4 64 "$scene" --size 128x128 --adaptive
+wait_for ended "$render"
+cat "$render/failed" 2>/dev/null && exit 1
+grep -q '"reached": true' "$render/report.json"
+[ "$(cat "$render/spp")" -gt 64 ] || { echo "try.sh: 64 samples were enough, so that no round was tried" >&2; exit 1; }
+"$ETENDUE" render "$scene" --size 128x128 --spp 64 --adaptive --quiet --out "$folder/begun.etd"
+"$ETENDUE" render "$scene" --size 128x128 --spp "$(cat "$render/spp")" --adaptive --quiet --resume "$folder/begun.etd" \
+    --out "$folder/adaptive-error.pfm"
+cmp "$folder/adaptive-error.pfm" "$render/image.pfm"
+echo "an adaptive render reached its error after $(cat "$render/spp") samples, with the bits of one that was continued"
 
 study=$folder/study
 "$here/study.sh" "$study" 3 "$scene" --size 64x64 --budget 6s

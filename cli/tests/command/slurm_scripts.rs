@@ -62,3 +62,72 @@ fn slurm_script_reports_an_image_with_samples_that_are_not_finite() {
     let reason = std::fs::read_to_string(folder.path("failed")).expect("a reason");
     assert!(reason.contains("the image is written"), "{reason}");
 }
+
+/// An `sbatch` that runs the tasks of a job one after the other, before it returns.
+const SBATCH: &str = r#"#!/bin/sh
+tasks=
+while :; do
+    case $1 in
+    --array=*) tasks=${1#--array=} ;;
+    --*) ;;
+    *) break ;;
+    esac
+    shift
+done
+if [ -z "$tasks" ]; then
+    sh "$@" >/dev/null
+fi
+for range in $(echo "$tasks" | tr , ' '); do
+    task=${range%-*}
+    while [ "$task" -le "${range#*-}" ]; do
+        SLURM_ARRAY_TASK_ID=$task sh "$@" >/dev/null
+        task=$((task + 1))
+    done
+done
+echo 1
+"#;
+
+#[test]
+fn adaptive_render_to_an_error_has_the_bits_of_a_continued_one() {
+    let matte = "type = \"diffuse\"\nreflectance = 0.5";
+    let scene = SMALL
+        .replace("type = \"dielectric\"", matte)
+        .replace("emission = [12, 11, 10]", "");
+    let folder = SceneFolder::new([("small.toml", scene.as_str()), ("sbatch", SBATCH)]);
+    let permissions = std::fs::Permissions::from_mode(0o755);
+    std::fs::set_permissions(folder.path("sbatch"), permissions).expect("it is ours");
+    let path = std::env::var("PATH").expect("there are programs");
+    let settings = "--adaptive --sampler independent";
+    // With four samples, the pilot is all of the first round.
+    for (first, error) in [(64, "1%"), (4, "5%")] {
+        let render = folder.path(&format!("render-{first}"));
+        let submitted = Command::new("sh")
+            .arg(in_repository("scripts/slurm/render.sh"))
+            .arg(&render)
+            .args(["3", &first.to_string()])
+            .arg(folder.path("small.toml"))
+            .args(settings.split_whitespace())
+            .env("PATH", format!("{}:{path}", folder.root().display()))
+            .env("ETENDUE", env!("CARGO_BIN_EXE_etendue"))
+            .env("IMAGE", folder.path("shards.pfm"))
+            .env("ERROR", error)
+            .output();
+        let submitted: Finished = submitted.expect("sh runs").into();
+        let read = |name: &str| std::fs::read_to_string(render.join(name)).unwrap_or_default();
+        let problem = format!("{}{}", submitted.stderr, read("failed"));
+        assert_eq!(submitted.code, 0, "{problem}");
+        assert!(read("done").contains("samples per pixel"), "{problem}");
+        let all: u64 = read("spp").trim().parse().expect("a number of samples");
+        assert!(
+            all > first,
+            "the first round was enough: {}",
+            read("report.json")
+        );
+        let flags = format!("render small.toml -q {settings}");
+        succeed(&folder, &format!("{flags} --spp {first} -o begun.etd"));
+        let continued = format!("{flags} --spp {all} --resume begun.etd -o whole.pfm");
+        succeed(&folder, &continued);
+        let image = |name: &str| std::fs::read(folder.path(name)).expect(name);
+        assert!(image("shards.pfm") == image("whole.pfm"), "{first}");
+    }
+}

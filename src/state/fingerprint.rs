@@ -14,6 +14,7 @@ use crate::render::settings::{RenderSettings, SamplerKind};
 use crate::scene::description::SceneDescription;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 use std::io::BufWriter;
 
 /// The identity of a render. Sums with equal identities may be added.
@@ -23,6 +24,9 @@ pub struct Fingerprint {
     pub program: String,
     /// The hash of the scene, in hexadecimal digits.
     pub scene: String,
+    /// The hash of each part of the scene, to tell which of them differ.
+    #[serde(default)]
+    pub scene_parts: BTreeMap<String, String>,
     /// Every setting that changes bits.
     pub settings: Map<String, Value>,
 }
@@ -39,7 +43,8 @@ impl Fingerprint {
         }
         if self.scene != other.scene {
             differences.push(format!(
-                "the scenes differ, or files that they name: {ours} has scene {:.12}, {theirs} has scene {:.12}",
+                "the scenes differ, or files that they name{}: {ours} has scene {:.12}, {theirs} has scene {:.12}",
+                self.differing_parts(other),
                 self.scene, other.scene
             ));
         }
@@ -58,6 +63,17 @@ impl Fingerprint {
         differences
     }
 
+    /// The parts of the scenes that differ, in words that follow others.
+    fn differing_parts(&self, other: &Self) -> String {
+        let parts = self.scene_parts.iter();
+        let differing = parts.filter(|(name, hash)| other.scene_parts.get(*name) != Some(*hash));
+        let names: Vec<&str> = differing.map(|(name, _)| name.as_str()).collect();
+        match names.as_slice() {
+            [] => String::new(),
+            names => format!(", in {}", names.join(", ")),
+        }
+    }
+
     /// The name of the integrator, the sampler or the distribution of samples in the settings.
     pub fn name(&self, setting: &str) -> &str {
         let value = self.settings.get(setting);
@@ -74,6 +90,7 @@ pub fn fingerprint(
     settings: &RenderSettings,
     tracing: AccelOptions,
 ) -> Result<Fingerprint> {
+    let scene_parts = scene_parts(description)?;
     Ok(Fingerprint {
         program: concat!(
             "etendue ",
@@ -82,15 +99,42 @@ pub fn fingerprint(
             env!("ETENDUE_SOURCES")
         )
         .to_owned(),
-        scene: scene(description)?,
+        scene: hash(&scene_parts)?,
+        scene_parts,
         settings: all_settings(description, settings, tracing)?,
     })
 }
 
-/// The hash of a scene with all its assets.
-fn scene(description: &SceneDescription) -> Result<String> {
+/// The hash of each part of a scene, with the files that it names.
+fn scene_parts(description: &SceneDescription) -> Result<BTreeMap<String, String>> {
+    // A field that is added has to belong to a part.
+    let SceneDescription {
+        file: _,
+        camera,
+        film,
+        render: _,
+        materials,
+        shapes,
+        groups,
+        instances,
+        lights,
+        notes: _,
+    } = description;
+    let parts = [
+        ("the camera", hash(camera)?),
+        ("the film", hash(film)?),
+        ("the materials or their textures", hash(materials)?),
+        ("the shapes, their meshes or emission", hash(shapes)?),
+        ("the instances", hash(&(groups, instances))?),
+        ("the lights or their images", hash(lights)?),
+    ];
+    Ok(parts.map(|(name, hash)| (name.to_owned(), hash)).into())
+}
+
+/// The hash of a value, in hexadecimal digits.
+fn hash(value: &impl Serialize) -> Result<String> {
     let mut hasher = BufWriter::with_capacity(1 << 16, blake3::Hasher::new());
-    postcard::to_io(description, &mut hasher)
+    postcard::to_io(value, &mut hasher)
         .map_err(|error| Error::render("cannot hash the scene").because(error))?;
     let hasher = hasher
         .into_inner()

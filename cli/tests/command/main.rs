@@ -31,5 +31,6 @@ mod shards;
 mod shared_cache;
 #[cfg(unix)]
 mod slurm_scripts;
+mod state_identity;
 mod study;
 mod study_shards;

@@ -14,6 +14,7 @@ use etendue::internals::film::ErrorEstimate;
 use etendue::internals::image::atomic::check_creatable;
 use etendue::internals::image::{self, LayeredImage, MetadataValue, WriteOptions};
 use etendue::internals::integrator::kind::IntegratorKind;
+use etendue::internals::render::auto::with_known_choices;
 use etendue::internals::render::settings::{
     Adaptive, LightPathRule, PathReuseRule, RenderSettings, available_threads,
 };
@@ -234,34 +235,18 @@ fn bias(state: &State, denoised: Option<&Denoised>) -> Vec<String> {
     bias
 }
 
-/// Whether a state has this rule, in the form in which it is serialised.
-fn is_kept(kept: Option<&serde_json::Value>, rule: &impl Serialize) -> bool {
-    let rule = serde_json::to_value(rule);
-    kept.is_some_and(|kept| rule.is_ok_and(|rule| *kept == rule))
-}
-
 /// The settings of a state that the light paths and the shared paths of a render depend on.
 fn settings_of_paths(state: &State) -> RenderSettings {
     let identity = &state.header.identity;
     let mut settings = RenderSettings::new((1, 1), 1);
-    let named = |name: &str, it: &str| identity.name(name) == it;
-    let mut kinds = IntegratorKind::ALL.iter();
-    if let Some(kind) = kinds.find(|it| named("integrator", it.name())) {
-        settings.integrator = *kind;
-    }
+    settings.integrator = IntegratorKind::Auto;
+    settings.light_paths = LightPathRule::Auto;
+    settings.reuse = PathReuseRule::Auto;
     let mut ways = Adaptive::ALL.iter();
-    if let Some(way) = ways.find(|it| named("adaptive", it.name())) {
+    if let Some(way) = ways.find(|it| identity.name("adaptive") == it.name()) {
         settings.adaptive = *way;
     }
-    let kept = identity.settings.get("light_paths");
-    if let Some(rule) = LightPathRule::ALL.iter().find(|it| is_kept(kept, it)) {
-        settings.light_paths = *rule;
-    }
-    let kept = identity.settings.get("reuse");
-    if let Some(rule) = PathReuseRule::ALL.iter().find(|it| is_kept(kept, it)) {
-        settings.reuse = *rule;
-    }
-    settings
+    with_known_choices(&settings, &identity.settings)
 }
 
 /// The metadata of an EXR file: as `etendue render` writes them, but for the reason of `auto`, which no state has.

@@ -172,6 +172,10 @@ fn describe_prediction(predicted: &Predicted) -> String {
 }
 
 impl RenderObserver for Watcher {
+    fn shows_error(&self) -> bool {
+        !matches!(self.display, Display::Nothing)
+    }
+
     fn cache_prepass(&self, share: f64, records: usize) {
         self.show(share, || format!("irradiance cache, {records} records"));
     }

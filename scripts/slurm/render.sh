@@ -11,7 +11,7 @@
 # see SCENE. It gets `image.exr`, a `part-A..B.etd` and a log for each shard, `report.json` of the last merge, and at last
 # the file `done`, or `failed` with the reason. All of it is kept between jobs in files: `settings` (the environment below),
 # `command` (scene and flags, one a line), `round` (the ranges of samples of the current array, one a line), `spp`, `shards`,
-# `tries`, `rounds`; of an adaptive render, `pilot` (its samples) and `pilot.etd`. With
+# `tries`, `rounds`, `choices.json` (of pilots, for all shards); of an adaptive render, `pilot` (its samples) and `pilot.etd`. With
 # --adaptive, the pilot is the first round; its length follows from SPP, and it distributes the samples of all later rounds.
 #
 # Environment: ETENDUE, the program (default: etendue). ERROR, the error to reach, such as 1%. ROUNDS, how often samples are
@@ -195,7 +195,7 @@ fi
 mkdir -p "$1"
 folder=$(cd "$1" && pwd)
 [ ! -e "$folder/round" ] || { echo "render.sh: $folder has a render already: render.sh $folder goes on with it" >&2; exit 2; }
-rm -f "$folder/pilot" "$folder/pilot.etd"
+rm -f "$folder/pilot" "$folder/pilot.etd" "$folder/choices.json"
 shards=$2
 # Rounds of four: later rounds begin where this one ends.
 spp=$((($3 + 3) / 4 * 4))

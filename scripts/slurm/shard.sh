@@ -33,5 +33,5 @@ if [ -e "$checkpoint" ]; then
 fi
 # The program takes the place of the shell, so that SIGTERM reaches it, and its checkpoint has all that was done.
 exec "${ETENDUE:-etendue}" render "$@" --spp "$(cat "$folder/spp")" --shard "$range" --out "$part" \
-    --checkpoint "$checkpoint" --every "${EVERY:-60s}" \
+    --choices "$folder/choices.json" --checkpoint "$checkpoint" --every "${EVERY:-60s}" \
     --threads "${SLURM_CPUS_PER_TASK:-${SLURM_CPUS_ON_NODE:-1}}" --quiet

@@ -41,6 +41,11 @@ pub trait RenderObserver: Sync {
     }
     /// Called after a pass when a checkpoint is due, with the state of the render; no thread renders meanwhile.
     fn checkpoint(&self, _rendered: &Rendered) {}
+    /// Whether the error so far is shown to anybody. If not, the render estimates it only where it depends on it: an estimate
+    /// takes as long as some samples.
+    fn shows_error(&self) -> bool {
+        true
+    }
     /// Whether the render should stop as soon as it can; the samples so far are kept.
     fn is_cancelled(&self) -> bool {
         false
@@ -51,4 +56,8 @@ pub trait RenderObserver: Sync {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NullRenderObserver;
 
-impl RenderObserver for NullRenderObserver {}
+impl RenderObserver for NullRenderObserver {
+    fn shows_error(&self) -> bool {
+        false
+    }
+}

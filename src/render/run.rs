@@ -138,7 +138,8 @@ impl<'a> Run<'a> {
             planner.pass_done(samples);
             self.observer.pass(film);
             let may_end_pilot = self.may_end_pilot(&planner);
-            if planner.is_estimate_due() || estimates.are_due() {
+            let is_shown = self.observer.shows_error() && estimates.are_due();
+            if planner.is_estimate_due() || is_shown {
                 let begun = Instant::now();
                 self.estimate(film, &mut planner, &allocator, &mut shown);
                 estimates.made(begun);

@@ -29,6 +29,7 @@ use crate::render::{NullRenderObserver, RenderInput, RenderObserver, Threads};
 use crate::scene::description::{CameraDescription, FilmDescription, SceneDescription};
 use crate::scene::prepare::{Prepared, prepare};
 use crate::scene::{Scene, check, load};
+use crate::state::Fingerprint;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -175,7 +176,22 @@ impl Session {
         options: &RenderOptions,
         observer: &dyn RenderObserver,
     ) -> Result<Rendering> {
-        Rendering::new(self, options, observer)
+        Rendering::new(self, options, None, observer)
+    }
+
+    /// Begins a render like [`Self::start_with_observer`], with what pilots chose in a render of the same scene and settings,
+    /// whose identity is known, in place of pilots. For the packages of this workspace.
+    ///
+    /// # Errors
+    /// The errors of [`Self::start`].
+    #[doc(hidden)]
+    pub fn start_with_choices(
+        &self,
+        options: &RenderOptions,
+        known: Option<&Fingerprint>,
+        observer: &dyn RenderObserver,
+    ) -> Result<Rendering> {
+        Rendering::new(self, options, known, observer)
     }
 
     /// Recommends the integrator that suits the scene, which is the one that `auto` stands for, whichever the options

@@ -11,7 +11,9 @@ use crate::film::filter::Filter;
 use crate::film::{ErrorEstimate, Film};
 use crate::image::{Image, LayeredImage};
 use crate::memory;
-use crate::render::auto::{PathChoices, Recommendation, ResolvedSettings, resolve_auto};
+use crate::render::auto::{
+    PathChoices, Recommendation, ResolvedSettings, resolve_auto, with_known_choices,
+};
 use crate::render::options::RenderOptions;
 use crate::render::settings::{Budget, RenderSettings};
 use crate::render::{RenderObserver, Rendered, check, check_is_lit, resume};
@@ -37,9 +39,13 @@ impl Rendering {
     pub(super) fn new(
         session: &Session,
         options: &RenderOptions,
+        known: Option<&Fingerprint>,
         observer: &dyn RenderObserver,
     ) -> Result<Self> {
         let mut requested = options.settings(&session.description)?;
+        if let Some(known) = known {
+            requested = with_known_choices(&requested, &known.settings);
+        }
         requested.threads = session.threads.count();
         let input = session.input();
         let ResolvedSettings {

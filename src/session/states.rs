@@ -283,8 +283,12 @@ impl Rendering {
         })
     }
 
-    /// The identity of scene and settings.
-    pub(super) fn identity(&self, session: &Session) -> Result<Fingerprint> {
+    /// The identity of scene and settings, for the packages of this workspace.
+    ///
+    /// # Errors
+    /// An error of Embree.
+    #[doc(hidden)]
+    pub fn identity(&self, session: &Session) -> Result<Fingerprint> {
         if let Some(identity) = self.identity.get() {
             return Ok(identity.clone());
         }

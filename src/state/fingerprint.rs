@@ -8,14 +8,16 @@
 //! Source: none needed. Tested below and in `tests/rendering/state.rs`.
 
 use crate::accel::{AccelOptions, embree_info};
-use crate::error::{Error, Result};
+use crate::error::{Error, ErrorKind, Result};
 use crate::film::filter::Filter;
+use crate::image::atomic::write_text;
 use crate::render::settings::{RenderSettings, SamplerKind};
 use crate::scene::description::SceneDescription;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::BufWriter;
+use std::path::Path;
 
 /// The identity of a render. Sums with equal identities may be added.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -72,6 +74,31 @@ impl Fingerprint {
             [] => String::new(),
             names => format!(", in {}", names.join(", ")),
         }
+    }
+
+    /// Reads an identity that [`Self::write`] wrote.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or has no identity.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read(path).map_err(|error| Error::io("cannot read", path, error))?;
+        serde_json::from_slice(&text).map_err(|error| {
+            let message =
+                format!("is not a file of choices: expected one that --choices wrote: {error}");
+            Error::new(ErrorKind::Io, message)
+                .in_file(path)
+                .because(error)
+        })
+    }
+
+    /// Writes the identity to a file, whole or not at all.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let text = serde_json::to_string_pretty(self)
+            .map_err(|error| Error::render("cannot write the identity").because(error))?;
+        write_text(path, &(text + "\n"))
     }
 
     /// The name of the integrator, the sampler or the distribution of samples in the settings.

@@ -38,6 +38,9 @@ pub struct StateArguments {
     /// for a render that is interrupted. With --integrator irradiance-cache.
     #[arg(long, value_name = "FILE")]
     pub cache: Option<PathBuf>,
+    /// Take what pilots choose from this file, if it is there; else choose, and write it there, for other shards of the render.
+    #[arg(long, value_name = "FILE")]
+    pub choices: Option<PathBuf>,
     /// Continue a render from its checkpoint or state file, also to a larger --spp or to an --error.
     ///
     /// All flags that affect samples have to be those of the render that wrote it. --time counts from now.

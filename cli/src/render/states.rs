@@ -12,7 +12,7 @@ use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::{Progress, RenderObserver, Rendered};
 use etendue::internals::session::states::save;
 use etendue::internals::session::{Rendering, Session};
-use etendue::internals::state::{State, StateHeader, is_damaged, read_header};
+use etendue::internals::state::{Fingerprint, State, StateHeader, is_damaged, read_header};
 use etendue::{Error, ErrorKind, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -61,8 +61,10 @@ pub fn check(arguments: &RenderArguments, outputs: &[PathBuf]) -> Result<()> {
         ))
         .in_file(file));
     }
-    if let Some(cache) = state.cache.as_ref().filter(|cache| !cache.exists()) {
-        check_creatable(cache)?;
+    for shared in [&state.cache, &state.choices].into_iter().flatten() {
+        if !shared.exists() {
+            check_creatable(shared)?;
+        }
     }
     let states = outputs.iter().filter(|path| is_state(path));
     let mut all = states
@@ -115,7 +117,8 @@ pub fn start(
         if let Some(checkpoint) = &state.checkpoint {
             check_replaceable(checkpoint)?;
         }
-        let mut rendering = session.start_with_observer(options, watcher)?;
+        let identity = pilot.as_ref().map(|(_, it)| &it.header.identity);
+        let mut rendering = begin(state, session, options, identity, watcher)?;
         match (pilot, state.shard) {
             (Some((file, pilot)), None) => {
                 let continued = rendering.continue_after(session, pilot);
@@ -140,7 +143,13 @@ pub fn start(
             options.confidence = options.confidence.or(Some(target.confidence));
         }
     }
-    let mut rendering = session.start_with_observer(&options, watcher)?;
+    let mut rendering = begin(
+        state,
+        session,
+        &options,
+        Some(&old.header.identity),
+        watcher,
+    )?;
     distribute(&mut rendering, session, pilot.as_ref())?;
     let continued = rendering.continue_from(session, old);
     continued.map_err(|error| error.in_file(file))?;
@@ -169,6 +178,38 @@ pub fn start(
         }
     }
     Ok(rendering)
+}
+
+/// Begins a render with the choices of a state of it, or of the file that the arguments name, or of pilots.
+fn begin(
+    arguments: &StateArguments,
+    session: &Session,
+    options: &RenderOptions,
+    known: Option<&Fingerprint>,
+    watcher: &Watcher,
+) -> Result<Rendering> {
+    let Some(file) = &arguments.choices else {
+        return session.start_with_choices(options, known, watcher);
+    };
+    let shared = file.exists().then(|| Fingerprint::read(file)).transpose()?;
+    let rendering = session.start_with_choices(options, known.or(shared.as_ref()), watcher)?;
+    let own = rendering.identity(session)?;
+    match shared {
+        Some(shared) => {
+            let differences = own.differences(&shared, "this render", "the file");
+            match differences.is_empty() {
+                true => Ok(rendering),
+                false => Err(Error::usage(format!(
+                    "has the choices of another render: {}",
+                    differences.join("; ")
+                ))
+                .in_file(file)),
+            }
+        }
+        // Pilots that were cut choose otherwise.
+        None if watcher.is_cancelled() => Ok(rendering),
+        None => own.write(file).map(|()| rendering),
+    }
 }
 
 /// Reads the state that a render continues from; `None` if it was damaged and is set aside.
@@ -328,6 +369,10 @@ impl RenderObserver for Checkpointer<'_> {
 
     fn is_cancelled(&self) -> bool {
         self.watcher.is_cancelled()
+    }
+
+    fn shows_error(&self) -> bool {
+        self.watcher.shows_error()
     }
 
     fn checkpoint_interval(&self) -> Option<Duration> {

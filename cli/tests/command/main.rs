@@ -15,6 +15,7 @@ mod bench;
 #[cfg(feature = "embree")]
 mod c_library;
 mod checkpoints;
+mod choices;
 mod compare;
 mod convert;
 mod denoise;

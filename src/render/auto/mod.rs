@@ -8,6 +8,7 @@
 //! Range: any scene. Among `path`, `bdpt` and `mlt`: biased integrators are mentioned, never chosen.
 //! Source: docs/accuracy.md, "Which integrator". Tested in `tests/rendering/auto.rs` and `cli/tests/command/auto.rs`.
 
+mod known;
 mod light_paths;
 mod pass;
 mod pilot;
@@ -25,6 +26,7 @@ use crate::integrator::kind::IntegratorKind;
 use crate::integrator::light_paths::LightPathShare;
 use crate::sampler::hash;
 use crate::scene::Scene;
+pub use known::with_known_choices;
 pub use light_paths::LightPathChoice;
 use pilot::Pilot;
 pub use reuse::PathReuseChoice;
@@ -245,6 +247,10 @@ struct CancellationOnly<'a>(&'a dyn RenderObserver);
 impl RenderObserver for CancellationOnly<'_> {
     fn is_cancelled(&self) -> bool {
         self.0.is_cancelled()
+    }
+
+    fn shows_error(&self) -> bool {
+        false
     }
 }
 

@@ -11,17 +11,21 @@
 use super::header::{AdaptivePilot, MAX_COUNTED, StateHeader, damaged};
 use crate::error::Result;
 use crate::film::batches::BATCHES;
-use crate::film::pixel::Sums;
-use crate::film::splatted::Splatted;
+use crate::film::pixel::{PixelSums, Sums};
+use crate::film::splatted::{Splatted, WeightedSums};
 use crate::film::{Film, Tile, Window};
 use crate::image::Layer;
 use crate::render::adaptive::allocation::Allocation;
 use crate::render::settings::MAX_SPP;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 /// The doubles of the sums of a pixel whose samples contribute to several: one for each bit.
 const MAX_DOUBLES: usize = 32;
+
+/// The bytes of a body that are read before sums are added, if there are so many.
+const BUFFERED: usize = 1 << 25;
 
 /// Writes the body of a state.
 pub fn write(
@@ -93,73 +97,206 @@ pub struct BesideSums {
 ///
 /// # Errors
 /// A damaged body. The film has then some of the samples.
-pub fn add_to(header: &StateHeader, body: &[u8], film: &mut Film) -> Result<BesideSums> {
-    let mut reader = BodyReader {
-        remaining: body,
-        length: body.len(),
-    };
+pub fn add_to(header: &StateHeader, mut body: Body<'_>, film: &mut Film) -> Result<BesideSums> {
     let pixels = header.window.pixel_count() as usize;
     let (tiles, splats) = film.parts_mut();
+    body.read(8 * tiles.len(), |reader| {
+        let mut tiles = tiles.iter_mut();
+        tiles.try_for_each(|tile| reader.add_samples(header, &mut tile.samples))
+    })?;
     for tile in &mut *tiles {
-        reader.add_samples(header, &mut tile.samples)?;
+        let counts = tile.counts.as_ref().map_or(0, Vec::len);
+        body.read(16 * counts, |reader| reader.add_counts(tile))?;
     }
-    for tile in &mut *tiles {
-        reader.add_counts(tile)?;
-    }
-    // The masks tell where the sums of each tile begin, so that threads add them side by side.
-    let mut of_tiles = Vec::with_capacity(tiles.len());
-    for tile in &mut *tiles {
-        let start = reader;
-        reader.skip(tile.pixels.len())?;
-        let splatted = tile.splatted.as_mut().map(Splatted::sums_mut);
-        reader.skip(splatted.as_ref().map_or(0, |sums| sums.len()))?;
-        of_tiles.push((start, &mut tile.pixels, splatted));
-    }
-    let add = |(mut reader, pixels, splatted): (BodyReader<'_>, &mut Vec<_>, Option<&mut [_]>)| {
-        pixels.iter_mut().try_for_each(|it| reader.add_sums(it))?;
-        let mut splatted = splatted.into_iter().flatten();
-        splatted.try_for_each(|it| reader.add_sums(it))
-    };
-    of_tiles.into_par_iter().try_for_each(add)?;
+    let of_tiles = tiles.iter_mut().map(|tile| SumsOfPart {
+        own: &mut tile.pixels,
+        splatted: tile
+            .splatted
+            .as_mut()
+            .map(Splatted::sums_mut)
+            .unwrap_or_default(),
+    });
+    body.add_sums(of_tiles.collect())?;
     if let (Some(splats), Some(samples)) = (splats, header.splat_samples) {
         for (batch, count) in (0..).zip(samples) {
             splats.add_samples(batch, count);
         }
-        let mut of_rows = vec![];
-        for row in splats.rows_mut() {
-            let start = reader;
-            reader.skip(row.len())?;
-            of_rows.push((start, row));
-        }
-        let add = |(mut reader, row): (BodyReader<'_>, &mut [_])| {
-            row.iter_mut().try_for_each(|it| reader.add_sums(it))
-        };
-        of_rows.into_par_iter().try_for_each(add)?;
+        let of_rows = splats.rows_mut().map(|own| SumsOfPart {
+            own,
+            splatted: &mut [],
+        });
+        body.add_sums(of_rows.collect())?;
     }
     let mut layers = vec![];
     for name in &header.layers {
-        let samples = (0..pixels).map(|_| Ok(f32::from_le_bytes(reader.take()?)));
+        let samples = body.read(4 * pixels, |reader| {
+            let samples = (0..pixels).map(|_| Ok(f32::from_le_bytes(reader.take()?)));
+            samples.collect::<Result<_>>()
+        })?;
         layers.push(Layer {
             name: name.clone(),
-            samples: samples.collect::<Result<_>>()?,
+            samples,
         });
     }
     let allocation = match &header.pilot {
-        Some(pilot) if header.has_allocation => Some(reader.allocation(header.window, pilot)?),
+        Some(pilot) if header.has_allocation => Some(body.read(16 * pixels, |reader| {
+            reader.allocation(header.window, pilot)
+        })?),
         _ => None,
     };
-    match reader.remaining.len() {
-        0 => Ok(BesideSums { layers, allocation }),
-        left => Err(reader.damaged(&format!("the end of its sums, but {left} bytes follow"))),
+    body.check_ended()?;
+    Ok(BesideSums { layers, allocation })
+}
+
+/// The sums of a part of a film: a tile, or a row of splats.
+struct SumsOfPart<'a> {
+    own: &'a mut [PixelSums],
+    splatted: &'a mut [WeightedSums],
+}
+
+impl SumsOfPart<'_> {
+    fn count(&self) -> usize {
+        self.own.len() + self.splatted.len()
+    }
+
+    /// The most bytes that these sums take in a file.
+    fn most_bytes(&self) -> usize {
+        self.count().saturating_mul(4 + 8 * MAX_DOUBLES)
+    }
+
+    fn add(&mut self, mut reader: BodyReader<'_>) -> Result<()> {
+        self.own.iter_mut().try_for_each(|it| reader.add_sums(it))?;
+        let mut splatted = self.splatted.iter_mut();
+        splatted.try_for_each(|it| reader.add_sums(it))
     }
 }
 
-/// The part of a body that has not been read.
+/// Returns the next piece of a body; `None` after the last one.
+pub type NextPiece<'a> = dyn FnMut() -> Result<Option<Vec<u8>>> + 'a;
+
+/// A body that is read from its beginning to its end.
+pub struct Body<'a> {
+    /// A part of the body: all of it, if it is in memory.
+    buffer: Cow<'a, [u8]>,
+    /// The bytes of the buffer that have been used.
+    used: usize,
+    /// The bytes of the body before the end of the buffer.
+    end: u64,
+    /// The bytes of the whole body.
+    length: u64,
+    /// The bytes that are read at once, if there are so many.
+    least: usize,
+    /// The source of the pieces that follow, if any do.
+    pieces: Option<&'a mut NextPiece<'a>>,
+}
+
+impl<'a> Body<'a> {
+    /// The body with these bytes.
+    pub fn of(bytes: &'a [u8]) -> Self {
+        Self {
+            buffer: Cow::Borrowed(bytes),
+            used: 0,
+            end: bytes.len() as u64,
+            length: bytes.len() as u64,
+            least: BUFFERED,
+            pieces: None,
+        }
+    }
+
+    /// The body of this length whose pieces follow.
+    pub fn in_pieces(pieces: &'a mut NextPiece<'a>, length: u64) -> Self {
+        Self {
+            buffer: Cow::Owned(vec![]),
+            used: 0,
+            end: 0,
+            length,
+            least: BUFFERED,
+            pieces: Some(pieces),
+        }
+    }
+
+    /// A reader of the next bytes, of which there are at least so many unless the body ends.
+    fn next(&mut self, least: usize) -> Result<BodyReader<'_>> {
+        if let Some(next_piece) = &mut self.pieces
+            && self.buffer.len() - self.used < least
+        {
+            let buffer = self.buffer.to_mut();
+            buffer.drain(..self.used);
+            self.used = 0;
+            // Many parts at once, which threads share.
+            while buffer.len() < least.max(self.least) && self.end < self.length {
+                let Some(piece) = next_piece()? else {
+                    break;
+                };
+                self.end += piece.len() as u64;
+                buffer.extend(piece);
+            }
+        }
+        Ok(BodyReader {
+            remaining: &self.buffer[self.used..],
+            end: self.end,
+        })
+    }
+
+    /// Reads with a reader of at least so many bytes, unless the body ends.
+    fn read<T>(
+        &mut self,
+        least: usize,
+        read: impl FnOnce(&mut BodyReader<'_>) -> Result<T>,
+    ) -> Result<T> {
+        let mut reader = self.next(least)?;
+        let before = reader.remaining.len();
+        let value = read(&mut reader)?;
+        let used = before - reader.remaining.len();
+        self.used += used;
+        Ok(value)
+    }
+
+    /// Adds the sums of these parts, which follow each other.
+    fn add_sums(&mut self, mut parts: Vec<SumsOfPart<'_>>) -> Result<()> {
+        let mut left = &mut parts[..];
+        while let Some(first) = left.first() {
+            let (least, length) = (first.most_bytes(), self.length);
+            let parts = std::mem::take(&mut left);
+            left = self.read(least, move |reader| {
+                let is_last = reader.end == length;
+                // The masks tell where the sums of each part begin, so that threads add them side by side.
+                let mut starts = vec![];
+                for part in &*parts {
+                    let is_whole = is_last || part.most_bytes() <= reader.remaining.len();
+                    if !starts.is_empty() && !is_whole {
+                        break;
+                    }
+                    starts.push(*reader);
+                    reader.skip(part.count())?;
+                }
+                let (now, later) = parts.split_at_mut(starts.len());
+                let pairs = starts.into_par_iter().zip(now);
+                pairs.try_for_each(|(reader, part)| part.add(reader))?;
+                Ok(later)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Checks that nothing follows.
+    fn check_ended(&mut self) -> Result<()> {
+        let left = self.length - self.end + (self.buffer.len() - self.used) as u64;
+        match left {
+            0 => Ok(()),
+            left => Err(self
+                .next(0)?
+                .damaged(&format!("the end of its sums, but {left} bytes follow"))),
+        }
+    }
+}
+
+/// The part of a body that has been read from the file, but not used.
 #[derive(Clone, Copy)]
 struct BodyReader<'a> {
     remaining: &'a [u8],
-    /// The length of the body.
-    length: usize,
+    /// The bytes of the body before the end of the part.
+    end: u64,
 }
 
 impl BodyReader<'_> {
@@ -272,7 +409,10 @@ impl BodyReader<'_> {
     }
 
     fn damaged(&self, expected: &str) -> crate::error::Error {
-        let at = self.length - self.remaining.len();
+        let at = self.end - self.remaining.len() as u64;
         damaged(format!("at byte {at} of its body, expected {expected}"))
     }
 }
+
+#[cfg(test)]
+mod tests;

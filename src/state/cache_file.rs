@@ -38,7 +38,7 @@ pub fn write(cache: &IrradianceCache, identity: &Fingerprint, path: &Path) -> Re
 /// # Errors
 /// A file that cannot be read or is damaged, or the cache of another render.
 pub fn read(path: &Path, identity: &Fingerprint, bound: f64) -> Result<IrradianceCache> {
-    let bytes = read_bytes(path, vec![])?;
+    let bytes = read_bytes(path)?;
     decode(&bytes, identity, bound).map_err(|error| error.in_file(path))
 }
 

@@ -23,10 +23,10 @@ const MAGIC: &[u8; 8] = b"ETDSTATE";
 pub const FORMAT: u32 = 2;
 
 /// The bytes before the header.
-const BEFORE_HEADER: usize = 16;
+pub(super) const BEFORE_HEADER: usize = 16;
 
 /// The bytes of the checksum.
-const CHECKSUM: usize = blake3::OUT_LEN;
+pub(super) const CHECKSUM: usize = blake3::OUT_LEN;
 
 /// The largest header, in bytes: a longer one is not from a render.
 const MAX_HEADER: u32 = 1 << 26;
@@ -86,21 +86,20 @@ pub fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-/// Reads the bytes of a file, into memory that held others before.
+/// Reads the bytes of a file.
 ///
 /// # Errors
 /// A file that cannot be read, and too little memory.
-pub fn read_bytes(path: &Path, mut bytes: Vec<u8>) -> Result<Vec<u8>> {
+pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     let cannot_read = |error| Error::io("cannot read", path, error);
     let metadata = fs::metadata(path).map_err(cannot_read)?;
     if !metadata.is_file() {
         return Err(cannot_read(io::Error::other("not a regular file")));
     }
     let mut file = fs::File::open(path).map_err(cannot_read)?;
-    bytes.clear();
-    let more = metadata.len().saturating_sub(bytes.capacity() as u64);
-    memory::check(more, || format!("the file {}", path.display()))?;
+    memory::check(metadata.len(), || format!("the file {}", path.display()))?;
     let length = usize::try_from(metadata.len()).map_err(|_| cannot_read(too_large()))?;
+    let mut bytes = vec![];
     bytes
         .try_reserve_exact(length)
         .map_err(|_| cannot_read(too_large()))?;
@@ -117,40 +116,9 @@ fn too_large() -> io::Error {
 /// # Errors
 /// A file that cannot be read, which may be whole.
 pub fn is_damaged(path: &Path) -> Result<bool> {
-    let bytes = read_bytes(path, vec![])?;
+    let bytes = read_bytes(path)?;
     let parts = bytes.split_last_chunk::<CHECKSUM>();
     Ok(!parts.is_some_and(|(content, checksum)| blake3::hash(content) == *checksum))
-}
-
-/// A file whose checksum was found to be right.
-pub struct Checked {
-    /// The header.
-    pub header: StateHeader,
-    /// All bytes of the file.
-    pub bytes: Vec<u8>,
-}
-
-impl Checked {
-    /// Reads a file, into memory that held another before, and compares its checksum.
-    ///
-    /// # Errors
-    /// The errors of [`read_bytes`] and [`checked`], with the name of the file.
-    pub fn read(path: &Path, memory: Vec<u8>) -> Result<Self> {
-        let bytes = read_bytes(path, memory)?;
-        let (header, _) = checked(&bytes).map_err(|error| error.in_file(path))?;
-        Ok(Self { header, bytes })
-    }
-
-    /// The bytes between the header and the checksum.
-    ///
-    /// # Errors
-    /// None, since the checksum was right.
-    pub fn body(&self) -> Result<&[u8]> {
-        let start = BEFORE_HEADER + header_length(&self.bytes)?;
-        let end = self.bytes.len().saturating_sub(CHECKSUM);
-        let body = self.bytes.get(start..end);
-        body.ok_or_else(|| too_short(self.bytes.len()))
-    }
 }
 
 /// Reads the header of a file. The checksum is not compared.
@@ -190,16 +158,14 @@ pub fn checked(bytes: &[u8]) -> Result<(StateHeader, &[u8])> {
         return Err(too_short(bytes.len()));
     };
     if blake3::hash(content) != *checksum {
-        return Err(damaged(
-            "its checksum is not that of its contents, so it was cut or changed".to_owned(),
-        ));
+        return Err(wrong_checksum());
     }
     let header = header(bytes, length, bytes.len() as u64)?;
     Ok((header, &content[BEFORE_HEADER + length..]))
 }
 
 /// The length of the header of a file that begins with these bytes.
-fn header_length(bytes: &[u8]) -> Result<usize> {
+pub(super) fn header_length(bytes: &[u8]) -> Result<usize> {
     if bytes.is_empty() {
         return Err(damaged("it is empty".to_owned()));
     }
@@ -233,7 +199,7 @@ fn header_length(bytes: &[u8]) -> Result<usize> {
 }
 
 /// The header of a file of this size, whose first bytes are given.
-fn header(bytes: &[u8], length: usize, size: u64) -> Result<StateHeader> {
+pub(super) fn header(bytes: &[u8], length: usize, size: u64) -> Result<StateHeader> {
     let body_length = size.checked_sub((BEFORE_HEADER + length + CHECKSUM) as u64);
     let text = bytes.get(BEFORE_HEADER..BEFORE_HEADER + length);
     let (Some(text), Some(body_length)) = (text, body_length) else {
@@ -243,6 +209,11 @@ fn header(bytes: &[u8], length: usize, size: u64) -> Result<StateHeader> {
         .map_err(|error| damaged(format!("its header cannot be read: {error}")).because(error))?;
     header.check(body_length)?;
     Ok(header)
+}
+
+/// The error for a file that is not as it was written.
+pub(super) fn wrong_checksum() -> Error {
+    damaged("its checksum is not that of its contents, so it was cut or changed".to_owned())
 }
 
 fn too_short(length: usize) -> Error {

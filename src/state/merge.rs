@@ -1,8 +1,8 @@
 //! Merging: the sums of shards, added one file after the other.
 //!
-//! The headers of all files are compared before the first sum is added. Then each file is read whole, its checksum
-//! compared, and its sums added, while the next file is read: the memory is that of one film and two files, for any number
-//! of files.
+//! The headers of all files are compared before the first sum is added. Then the sums of each file are added while the file,
+//! and the next one, is read: the memory is that of one film and a few pieces of files, for any number of files of any size.
+//! The checksum of a file is known only when its sums are added; one that is wrong is an error of the whole merge.
 //!
 //! The files of an adaptive render have ranges of levels (`render/adaptive/allocation.rs`). Once its pilot is merged, the
 //! allocation follows from the sums, and has to be that of the other files.
@@ -12,10 +12,12 @@
 //! are for the caller to judge.
 //! Source: none needed. Tested in `tests/rendering/state.rs` and `cli/tests/command/shards.rs`.
 
-use super::file::{self, Checked};
+use super::State;
+use super::body::{self, Body};
+use super::file;
 use super::header::{AdaptivePilot, StateHeader};
+use super::pieces::FilesAhead;
 use super::ranges::{describe, joined, missing};
-use super::{State, body};
 use crate::error::{Error, Result};
 use crate::film::batches::BATCHES;
 use crate::render::CONFIDENCE;
@@ -23,6 +25,7 @@ use crate::render::adaptive::allocation::Allocation;
 use crate::render::convergence::ErrorRecord;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::thread::{self, Scope};
 
 /// The error is recorded when one part in this many of the samples is merged.
 const RECORD_DIVISOR: u64 = 4;
@@ -93,8 +96,13 @@ impl Merge {
     /// # Errors
     /// A damaged file, and too little memory.
     pub fn sum(self) -> Result<State> {
+        thread::scope(|scope| self.sum_in(scope))
+    }
+
+    /// Adds the sums of all files, which a thread of the scope reads.
+    fn sum_in<'scope>(&'scope self, scope: &'scope Scope<'scope, '_>) -> Result<State> {
         let (done, spp) = (self.done(), self.spp());
-        let (path, first) = &self.parts[0];
+        let (_, first) = &self.parts[0];
         let is_alone = self.parts.len() == 1;
         let mut sum = State {
             film: first.empty_film()?,
@@ -123,9 +131,8 @@ impl Merge {
         };
         let total = sum.header.samples();
         let mut merged = 0;
-        let (mut next, mut spare) = (Checked::read(path, vec![]), vec![]);
+        let mut files = FilesAhead::new(scope, self.parts.iter().map(|(path, _)| path.as_path()));
         for (place, (path, header)) in self.parts.iter().enumerate() {
-            let file = next?;
             let then = merged + header.samples();
             // A record on the way tells how the error falls.
             if merged > 0 && RECORD_DIVISOR * merged <= total && RECORD_DIVISOR * then > total {
@@ -142,19 +149,9 @@ impl Merge {
             {
                 sum.allocate(pilot).map_err(|error| error.in_file(path))?;
             }
-            let after = self.parts.get(place + 1);
-            let memory = std::mem::take(&mut spare);
-            let (added, read) = rayon::join(
-                || sum.add(header, &file),
-                || after.map(|(path, _)| Checked::read(path, memory)),
-            );
-            added.map_err(|error| error.in_file(path))?;
+            sum.add(header, &mut files)
+                .map_err(|error| error.in_file(path))?;
             merged = then;
-            spare = file.bytes;
-            match read {
-                Some(read) => next = read,
-                None => break,
-            }
         }
         sum.header.has_allocation = sum.allocation.is_some();
         if sum.allocation.is_some() {
@@ -195,15 +192,19 @@ impl State {
     }
 
     /// Adds the sums of a file with this header.
-    fn add(&mut self, expected: &StateHeader, file: &Checked) -> Result<()> {
-        let header = &file.header;
-        if header != expected {
+    fn add(&mut self, expected: &StateHeader, files: &mut FilesAhead) -> Result<()> {
+        let (header, length) = files.header()?;
+        if header != *expected {
             return Err(Error::usage(
                 "was replaced by another file while it was merged",
             ));
         }
-        let body::BesideSums { layers, allocation } =
-            body::add_to(header, file.body()?, &mut self.film)?;
+        let mut next_piece = || files.piece();
+        let body = Body::in_pieces(&mut next_piece, length);
+        let added = body::add_to(&header, body, &mut self.film);
+        // Where a body cannot be right because the file was damaged, its checksum says so.
+        while files.piece()?.is_some() {}
+        let body::BesideSums { layers, allocation } = added?;
         self.allocation = allocation.map(Arc::new).or(self.allocation.take());
         let total = &mut self.header;
         total.seconds += header.seconds;

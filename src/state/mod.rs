@@ -31,6 +31,7 @@ mod file;
 mod fingerprint;
 mod header;
 mod merge;
+mod pieces;
 mod ranges;
 
 use crate::error::{Error, Result};
@@ -42,6 +43,7 @@ use crate::render::adaptive::allocation::Allocation;
 use crate::render::convergence::{ErrorRecord, Forecast, stated};
 use crate::render::settings::SamplerKind;
 use crate::render::{Rendered, check_found_light};
+use body::Body;
 pub use file::{FORMAT, is_damaged, read_header, with_checksum};
 pub use fingerprint::{Fingerprint, fingerprint};
 pub use header::{AdaptivePilot, StateHeader};
@@ -183,7 +185,7 @@ impl State {
     /// # Errors
     /// A file that cannot be read, is not a state file, or is damaged; too little memory for its image.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = file::read_bytes(path, vec![])?;
+        let bytes = file::read_bytes(path)?;
         Self::decode(&bytes).map_err(|error| error.in_file(path))
     }
 
@@ -194,7 +196,8 @@ impl State {
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         let (header, body) = file::checked(bytes)?;
         let mut film = header.empty_film()?;
-        let body::BesideSums { layers, allocation } = body::add_to(&header, body, &mut film)?;
+        let body::BesideSums { layers, allocation } =
+            body::add_to(&header, Body::of(body), &mut film)?;
         Ok(Self {
             header,
             film,

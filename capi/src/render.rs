@@ -146,11 +146,11 @@ impl Render {
         // Other calls that hold the lock only read, and end soon.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.layered = None;
-        let watcher = CallbackObserver::new(watch, &self.cancelled);
+        let observer = CallbackObserver::new(watch, &self.cancelled);
         let until = until(&state.rendering);
         let rendering = &mut state.rendering;
         self.ready
-            .read(|session| Ok(rendering.continue_until(session, until, &watcher)?))?;
+            .read(|session| Ok(rendering.continue_until(session, until, &observer)?))?;
         Ok(match rendering.rendered().cancelled {
             true => EtdStatus::Cancelled,
             false => EtdStatus::Ok,

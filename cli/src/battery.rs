@@ -6,7 +6,7 @@
 
 use super::args::{BatteryArguments, ProgressMode};
 use super::durations::format_duration;
-use super::output::{Watcher, time_left};
+use super::output::{ConsoleObserver, time_left};
 use super::report::battery::{html, json, summary, tables};
 use super::{Outcome, command_line, print};
 use etendue::internals::image::atomic::{check_creatable, make_folder, write_text};
@@ -27,17 +27,17 @@ pub fn run(arguments: &BatteryArguments) -> Result<Outcome> {
     let settings = settings(arguments);
     let chosen = chosen(cases(settings.effort), &arguments.rows)?;
     let files = BatteryFiles::new(&arguments.out, command(&settings, arguments.seed.is_some()))?;
-    let watcher = Watcher::new(mode)?;
+    let console = ConsoleObserver::new(mode)?;
     let start = Instant::now();
     let report = run_cases(
         &chosen,
         &settings,
         &BatteryProgress {
-            watcher: &watcher,
+            console: &console,
             start,
         },
     );
-    watcher.finish();
+    console.finish();
     let report = report?;
     files.write(&report)?;
     if arguments.json {
@@ -138,13 +138,13 @@ impl BatteryFiles {
 
 /// Shows progress and forwards Ctrl-C.
 struct BatteryProgress<'a> {
-    watcher: &'a Watcher,
+    console: &'a ConsoleObserver,
     start: Instant,
 }
 
 impl BatteryObserver for BatteryProgress<'_> {
     fn progress(&self, fraction: f64, done: &CaseReport) {
-        self.watcher.show(fraction, || {
+        self.console.show(fraction, || {
             let left = time_left(fraction, self.start.elapsed());
             let left = left.map_or(String::new(), |left| format!(", {left} left"));
             format!("row {}{left}", done.row)
@@ -152,6 +152,6 @@ impl BatteryObserver for BatteryProgress<'_> {
     }
 
     fn is_cancelled(&self) -> bool {
-        self.watcher.is_cancelled()
+        self.console.is_cancelled()
     }
 }

@@ -6,7 +6,7 @@
 
 use super::args::{LessonArguments, ProgressMode};
 use super::durations::format_duration;
-use super::output::{Watcher, time_left};
+use super::output::{ConsoleObserver, time_left};
 use super::report::lesson::{Done, command, html, json, text};
 use super::{Outcome, print};
 use etendue::internals::image::atomic::{check_creatable, make_folder, write_text};
@@ -33,11 +33,11 @@ pub fn run(arguments: &LessonArguments) -> Result<Outcome> {
         true => ProgressMode::None,
         false => arguments.progress,
     };
-    let watcher = Watcher::new(mode)?;
+    let console = ConsoleObserver::new(mode)?;
     let site = Site::new(arguments, topics)?;
     let start = Instant::now();
-    let done = site.run(&watcher);
-    watcher.finish();
+    let done = site.run(&console);
+    console.finish();
     let done = done?;
     if arguments.json {
         print(json::of_pages(&done, arguments.seed).as_bytes())?;
@@ -117,7 +117,7 @@ impl<'a> Site<'a> {
     }
 
     /// Runs all topics, or those before an interruption.
-    fn run(&self, watcher: &Watcher) -> Result<Vec<Done>> {
+    fn run(&self, console: &ConsoleObserver) -> Result<Vec<Done>> {
         let settings = LessonSettings {
             seed: self.arguments.seed,
             threads: self
@@ -132,7 +132,7 @@ impl<'a> Site<'a> {
         let mut done = Vec::new();
         for topic in self.topics {
             let teller = LessonProgress {
-                watcher,
+                console,
                 topic,
                 start,
                 part: [before / whole, topic.weight / whole],
@@ -174,7 +174,7 @@ impl<'a> Site<'a> {
 
 /// Shows progress and forwards Ctrl-C.
 struct LessonProgress<'a> {
-    watcher: &'a Watcher,
+    console: &'a ConsoleObserver,
     topic: &'a Topic,
     start: Instant,
     /// The start of this topic in the whole run, and its share, as fractions.
@@ -184,7 +184,7 @@ struct LessonProgress<'a> {
 impl LessonObserver for LessonProgress<'_> {
     fn progress(&self, fraction: f64) {
         let fraction = self.part[0] + fraction * self.part[1];
-        self.watcher.show(fraction, || {
+        self.console.show(fraction, || {
             let left = time_left(fraction, self.start.elapsed());
             let name = self.topic.name;
             left.map_or(name.to_owned(), |left| format!("{name}, {left} left"))
@@ -192,6 +192,6 @@ impl LessonObserver for LessonProgress<'_> {
     }
 
     fn is_cancelled(&self) -> bool {
-        self.watcher.is_cancelled()
+        self.console.is_cancelled()
     }
 }

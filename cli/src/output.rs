@@ -36,7 +36,7 @@ pub fn say_line(line: std::fmt::Arguments<'_>) {
 }
 
 /// Shows progress and forwards Ctrl-C.
-pub struct Watcher {
+pub struct ConsoleObserver {
     display: Display,
     /// The best prediction printed so far: 0 none, 1 rough, 2 from a whole pilot.
     predicted: AtomicU8,
@@ -49,8 +49,8 @@ enum Display {
     Nothing,
 }
 
-impl Watcher {
-    /// Creates a watcher that catches Ctrl-C, the request to end, and the end of the terminal unless that is ignored, as by
+impl ConsoleObserver {
+    /// Creates an observer that catches Ctrl-C, the request to end, and the end of the terminal unless that is ignored, as by
     /// `nohup`. A second Ctrl-C ends the process at once; other signals may come twice, as from a queue that ends a job.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl Display {
     }
 }
 
-impl Watcher {
+impl ConsoleObserver {
     /// Shows the completed fraction, with a message.
     pub fn show(&self, fraction: f64, words: impl FnOnce() -> String) {
         match &self.display {
@@ -136,7 +136,7 @@ impl Watcher {
     }
 }
 
-impl Watcher {
+impl ConsoleObserver {
     /// Prints a line above the bar.
     pub fn note(&self, words: &str) {
         match &self.display {
@@ -171,7 +171,7 @@ fn describe_prediction(predicted: &Predicted) -> String {
     )
 }
 
-impl RenderObserver for Watcher {
+impl RenderObserver for ConsoleObserver {
     fn shows_error(&self) -> bool {
         !matches!(self.display, Display::Nothing)
     }

@@ -5,7 +5,7 @@
 //! Source: none needed. Tested in `cli/tests/command/plan.rs`.
 
 use super::args::{PlanArguments, ProgressMode};
-use super::output::{Watcher, format_percent, time_left};
+use super::output::{ConsoleObserver, format_percent, time_left};
 use super::recommendation::RecommendationReport;
 use super::shard_plan::ShardPlan;
 use super::{Outcome, print};
@@ -84,12 +84,12 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
     let session = Session::new(description, accel)?;
     let mut description = session.description().clone();
     let plan = Plan::new(&description, session.scene());
-    let watcher = Watcher::new(ProgressMode::Auto)?;
+    let console = ConsoleObserver::new(ProgressMode::Auto)?;
     for note in session.notes() {
         say!("note: {note}");
     }
-    let recommendation = session.recommend(&options, &Cancelling(&watcher))?;
-    if watcher.is_cancelled() {
+    let recommendation = session.recommend(&options, &Cancelling(&console))?;
+    if console.is_cancelled() {
         return Ok(Outcome::Interrupted);
     }
     let mut costs = None;
@@ -102,13 +102,13 @@ pub fn run(arguments: &PlanArguments) -> Result<Outcome> {
             spp: arguments.spp,
             rounds: arguments.rounds,
         };
-        let Some(measured) = measure(&description, &plan, &settings, &watcher)? else {
+        let Some(measured) = measure(&description, &plan, &settings, &console)? else {
             return Ok(Outcome::Interrupted);
         };
         costs = Some(measured);
     }
-    let shards = ShardPlan::new(arguments, &session, &Cancelling(&watcher))?;
-    if watcher.is_cancelled() {
+    let shards = ShardPlan::new(arguments, &session, &Cancelling(&console))?;
+    if console.is_cancelled() {
         return Ok(Outcome::Interrupted);
     }
     let settings = RenderSettings {
@@ -146,7 +146,7 @@ fn small(width: u32, height: u32) -> (u32, u32) {
 }
 
 /// Forwards Ctrl-C, but not the progress of single renders.
-pub struct Cancelling<'a>(pub &'a Watcher);
+pub struct Cancelling<'a>(pub &'a ConsoleObserver);
 
 impl RenderObserver for Cancelling<'_> {
     fn is_cancelled(&self) -> bool {
@@ -158,14 +158,14 @@ fn measure(
     description: &SceneDescription,
     plan: &Plan,
     settings: &CostSettings,
-    watcher: &Watcher,
+    console: &ConsoleObserver,
 ) -> Result<Option<EffectCosts>> {
     let start = Instant::now();
-    let costs = effect_costs(description, plan, settings, &Cancelling(watcher), |done| {
+    let costs = effect_costs(description, plan, settings, &Cancelling(console), |done| {
         let left = time_left(done, start.elapsed()).unwrap_or_default();
-        watcher.show(done, || format!("measuring costs, {left} left"));
+        console.show(done, || format!("measuring costs, {left} left"));
     });
-    watcher.finish();
+    console.finish();
     costs
 }
 

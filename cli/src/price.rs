@@ -6,7 +6,7 @@
 
 use super::args::PriceArguments;
 use super::durations::format_duration;
-use super::output::Watcher;
+use super::output::ConsoleObserver;
 use super::report::price::{json, text};
 use super::{Outcome, command_line, print};
 use etendue::Result;
@@ -19,7 +19,7 @@ use std::time::Instant;
 
 pub fn run(arguments: &PriceArguments) -> Result<Outcome> {
     let start = Instant::now();
-    let watcher = Watcher::new(arguments.measurement.progress_mode())?;
+    let console = ConsoleObserver::new(arguments.measurement.progress_mode())?;
     let mut description = arguments.measurement.scene.load()?;
     if let Some(size) = arguments.size {
         description.film.size = size;
@@ -30,8 +30,8 @@ pub fn run(arguments: &PriceArguments) -> Result<Outcome> {
         seed: arguments.measurement.seed,
         options: arguments.measurement.tracing.options(),
     };
-    let measured = price::run(&description, &settings, start, &PriceProgress(&watcher));
-    watcher.finish();
+    let measured = price::run(&description, &settings, start, &PriceProgress(&console));
+    console.finish();
     let report = measured?;
     if arguments.measurement.json {
         print(json::of_report(&report, &command_line(), &machine()).as_bytes())?;
@@ -55,7 +55,7 @@ pub fn run(arguments: &PriceArguments) -> Result<Outcome> {
 }
 
 /// Shows the progress, and forwards Ctrl-C.
-struct PriceProgress<'a>(&'a Watcher);
+struct PriceProgress<'a>(&'a ConsoleObserver);
 
 impl StudyObserver for PriceProgress<'_> {
     fn progress(&self, fraction: f64, what: &str) {

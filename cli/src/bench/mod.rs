@@ -9,9 +9,9 @@ mod scenes;
 
 use super::args::{BenchArguments, ProgressMode};
 use super::durations::format_duration;
-use super::output::Watcher;
+use super::output::ConsoleObserver;
 use super::report::bench::{html, json, tables};
-use super::report::keeper::Keeper;
+use super::report::measurement::MeasurementObserver;
 use super::{Outcome, command_line, print};
 use etendue::Result;
 use etendue::internals::accel::Backend;
@@ -29,7 +29,7 @@ pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
         true => ProgressMode::None,
         false => arguments.progress,
     };
-    let watcher = Watcher::new(mode)?;
+    let console = ConsoleObserver::new(mode)?;
     let note = |text: &str| {
         if !arguments.quiet {
             say!("note: {text}");
@@ -40,14 +40,14 @@ pub fn run(arguments: &BenchArguments) -> Result<Outcome> {
         note(&text.to_string());
     }
     let files = BenchFiles::new(arguments)?;
-    let kept = KeptBench {
-        keeper: Keeper::new(&watcher),
+    let observer = WrittenBench {
+        measurement: MeasurementObserver::new(&console),
         files: &files,
     };
-    let report = etendue_lab::bench::run(&scenes, &settings(arguments), &kept);
-    watcher.finish();
+    let report = etendue_lab::bench::run(&scenes, &settings(arguments), &observer);
+    console.finish();
     let report = report?;
-    kept.keeper.result()?;
+    observer.measurement.result()?;
 
     let page = html::of_report(&report, &files.command);
     write_text(&files.html, &page)?;
@@ -117,22 +117,22 @@ impl BenchFiles {
 }
 
 /// Writes the results so far to the report's JSON file.
-struct KeptBench<'a> {
-    keeper: Keeper<'a>,
+struct WrittenBench<'a> {
+    measurement: MeasurementObserver<'a>,
     files: &'a BenchFiles,
 }
 
-impl BenchObserver for KeptBench<'_> {
+impl BenchObserver for WrittenBench<'_> {
     fn progress(&self, fraction: f64, what: &str) {
-        self.keeper.show(fraction, what);
+        self.measurement.show(fraction, what);
     }
 
     fn is_cancelled(&self) -> bool {
-        self.keeper.is_cancelled()
+        self.measurement.is_cancelled()
     }
 
     fn report(&self, report: &BenchReport) {
         let json = json::of_report(report, &self.files.command);
-        self.keeper.keep(&self.files.json, &json);
+        self.measurement.write(&self.files.json, &json);
     }
 }

@@ -13,7 +13,7 @@ pub mod summary;
 
 use crate::args::{ProgressMode, RenderArguments};
 use crate::denoise::Denoised;
-use crate::output::Watcher;
+use crate::output::ConsoleObserver;
 use crate::recommendation::sentence;
 use crate::{Outcome, command_line, named_after};
 use etendue::internals::film::ErrorEstimate;
@@ -41,7 +41,7 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     } else {
         arguments.progress
     };
-    let watcher = Watcher::new(mode)?;
+    let console = ConsoleObserver::new(mode)?;
     let outputs = outputs(arguments);
     if arguments.pixel.is_none() {
         check(arguments, &outputs)?;
@@ -54,9 +54,9 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     let session = Session::new(description, arguments.tracing.options())?;
     let build_time = session.work().structures;
     let loaded = start.elapsed().saturating_sub(build_time);
-    let started = states::start(arguments, &session, &options, &watcher);
+    let started = states::start(arguments, &session, &options, &console);
     // Pilots that were cut choose otherwise, so that a state may seem to be that of another render.
-    if watcher.is_cancelled() {
+    if console.is_cancelled() {
         return Ok(Outcome::Interrupted);
     }
     let mut rendering = started?;
@@ -84,11 +84,11 @@ pub fn run(arguments: &RenderArguments) -> Result<Outcome> {
     }
 
     if let Some(cache) = &arguments.state.cache {
-        rendering.share_cache(&session, cache, &watcher)?;
+        rendering.share_cache(&session, cache, &console)?;
     }
-    let checkpointer = Checkpointer::new(&watcher, arguments, &session, &rendering)?;
+    let checkpointer = Checkpointer::new(&console, arguments, &session, &rendering)?;
     let ended = rendering.continue_until(&session, rendering.budget(), &checkpointer);
-    watcher.finish();
+    console.finish();
     ended?;
     let times = Times {
         load: loaded.as_secs_f64(),

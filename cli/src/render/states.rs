@@ -5,7 +5,7 @@
 //! Source: none needed. Tested in `cli/tests/command/shards.rs` and `cli/tests/command/checkpoints.rs`.
 
 use crate::args::{RenderArguments, StateArguments};
-use crate::output::Watcher;
+use crate::output::ConsoleObserver;
 use etendue::internals::film::Film;
 use etendue::internals::image::atomic::{ExistingFile, check_creatable};
 use etendue::internals::render::options::RenderOptions;
@@ -102,7 +102,7 @@ pub fn start(
     arguments: &RenderArguments,
     session: &Session,
     options: &RenderOptions,
-    watcher: &Watcher,
+    console: &ConsoleObserver,
 ) -> Result<Rendering> {
     let state = &arguments.state;
     let keeps = state.checkpoint.is_some() || arguments.out.iter().any(|path| is_state(path));
@@ -110,7 +110,7 @@ pub fn start(
     let pilot = pilot.map(|file| Ok((file, State::read(file)?)));
     let pilot = pilot.transpose()?;
     let continued = match &state.resume {
-        Some(file) => read_to_continue(state, file, watcher)?.map(|old| (file, old)),
+        Some(file) => read_to_continue(state, file, console)?.map(|old| (file, old)),
         None => None,
     };
     let Some((file, old)) = continued else {
@@ -118,7 +118,7 @@ pub fn start(
             check_replaceable(checkpoint)?;
         }
         let identity = pilot.as_ref().map(|(_, it)| &it.header.identity);
-        let mut rendering = begin(state, session, options, identity, watcher)?;
+        let mut rendering = begin(state, session, options, identity, console)?;
         match (pilot, state.shard) {
             (Some((file, pilot)), None) => {
                 let continued = rendering.continue_after(session, pilot);
@@ -148,7 +148,7 @@ pub fn start(
         session,
         &options,
         Some(&old.header.identity),
-        watcher,
+        console,
     )?;
     distribute(&mut rendering, session, pilot.as_ref())?;
     let continued = rendering.continue_from(session, old);
@@ -186,13 +186,13 @@ fn begin(
     session: &Session,
     options: &RenderOptions,
     known: Option<&Fingerprint>,
-    watcher: &Watcher,
+    console: &ConsoleObserver,
 ) -> Result<Rendering> {
     let Some(file) = &arguments.choices else {
-        return session.start_with_choices(options, known, watcher);
+        return session.start_with_choices(options, known, console);
     };
     let shared = file.exists().then(|| Fingerprint::read(file)).transpose()?;
-    let rendering = session.start_with_choices(options, known.or(shared.as_ref()), watcher)?;
+    let rendering = session.start_with_choices(options, known.or(shared.as_ref()), console)?;
     let own = rendering.identity(session)?;
     match shared {
         Some(shared) => {
@@ -207,7 +207,7 @@ fn begin(
             }
         }
         // Pilots that were cut choose otherwise.
-        None if watcher.is_cancelled() => Ok(rendering),
+        None if console.is_cancelled() => Ok(rendering),
         None => own.write(file).map(|()| rendering),
     }
 }
@@ -216,7 +216,7 @@ fn begin(
 fn read_to_continue(
     arguments: &StateArguments,
     file: &Path,
-    watcher: &Watcher,
+    console: &ConsoleObserver,
 ) -> Result<Option<State>> {
     let is_another = |kept: &&PathBuf| !is_same_file(kept, file);
     if let Some(kept) = arguments.checkpoint.as_ref().filter(is_another) {
@@ -230,7 +230,7 @@ fn read_to_continue(
         return Err(unusable);
     }
     let aside = set_aside(file)?;
-    watcher.warn(&format!(
+    console.warn(&format!(
         "warning: {}: is a damaged state file: its checksum is not that of its contents; it is now {}, and the render begins anew",
         file.display(),
         aside.display()
@@ -326,7 +326,7 @@ fn save_over(header: StateHeader, rendered: &Rendered, path: &Path) -> Result<()
 
 /// Shows progress, forwards Ctrl-C, and writes checkpoints.
 pub struct Checkpointer<'a> {
-    watcher: &'a Watcher,
+    console: &'a ConsoleObserver,
     /// The file, the time between two checkpoints and what they have in common.
     checkpoint: Option<(&'a Path, Duration, StateHeader)>,
 }
@@ -337,7 +337,7 @@ impl<'a> Checkpointer<'a> {
     /// # Errors
     /// An error of Embree.
     pub fn new(
-        watcher: &'a Watcher,
+        console: &'a ConsoleObserver,
         arguments: &'a RenderArguments,
         session: &Session,
         rendering: &Rendering,
@@ -348,7 +348,7 @@ impl<'a> Checkpointer<'a> {
             None => None,
         };
         Ok(Self {
-            watcher,
+            console,
             checkpoint,
         })
     }
@@ -356,23 +356,23 @@ impl<'a> Checkpointer<'a> {
 
 impl RenderObserver for Checkpointer<'_> {
     fn cache_prepass(&self, share: f64, records: usize) {
-        self.watcher.cache_prepass(share, records);
+        self.console.cache_prepass(share, records);
     }
 
     fn progress(&self, progress: &Progress) {
-        self.watcher.progress(progress);
+        self.console.progress(progress);
     }
 
     fn pass(&self, film: &Film) {
-        self.watcher.pass(film);
+        self.console.pass(film);
     }
 
     fn is_cancelled(&self) -> bool {
-        self.watcher.is_cancelled()
+        self.console.is_cancelled()
     }
 
     fn shows_error(&self) -> bool {
-        self.watcher.shows_error()
+        self.console.shows_error()
     }
 
     fn checkpoint_interval(&self) -> Option<Duration> {
@@ -385,7 +385,7 @@ impl RenderObserver for Checkpointer<'_> {
             && let Err(error) = save_over(header.clone(), rendered, path)
         {
             // The checkpoint before is still there, and the disk may have room again for the next one.
-            self.watcher
+            self.console
                 .warn(&format!("warning: no checkpoint: {error}"));
         }
     }

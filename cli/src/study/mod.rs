@@ -8,9 +8,9 @@ mod shards;
 
 use super::args::StudyArguments;
 use super::durations::format_duration;
-use super::output::Watcher;
+use super::output::ConsoleObserver;
 use super::plan::Cancelling;
-use super::report::keeper::Keeper;
+use super::report::measurement::MeasurementObserver;
 use super::report::study::{Findings, csv, html, json, tables};
 use super::{Outcome, command_line, print};
 use etendue::internals::image::atomic::{check_creatable, make_folder, write_text};
@@ -36,7 +36,7 @@ const BETWEEN_WRITES: Duration = Duration::from_secs(5);
 
 pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
     let start = Instant::now();
-    let watcher = Watcher::new(arguments.measurement.progress_mode())?;
+    let console = ConsoleObserver::new(arguments.measurement.progress_mode())?;
     let mut description = arguments.measurement.scene.load()?;
     let full_size = description.film.size;
     description.film.size = arguments.size.unwrap_or(full_size);
@@ -50,30 +50,30 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
         start,
     };
     if arguments.shards.is_some() {
-        return studied.plan(&watcher);
+        return studied.plan(&console);
     }
     if let Some(shard) = arguments.shard {
-        return studied.render(shard, &watcher);
+        return studied.render(shard, &console);
     }
     let merged = match arguments.merge {
         true => Some(studied.parts(arguments.partial)?),
         false => None,
     };
     // The pilot is part of the study.
-    let recommendation = recommendation(&settings, &description, &watcher)?;
+    let recommendation = recommendation(&settings, &description, &console)?;
     let files = StudyFiles::new(arguments, recommendation)?;
-    let kept = KeptStudy {
-        keeper: Keeper::new(&watcher),
+    let observer = WrittenStudy {
+        measurement: MeasurementObserver::new(&console),
         files: &files,
         last: Mutex::new(Instant::now()),
     };
     let report = match merged {
-        Some((plan, parts)) => studied.merge(&plan, parts, &kept),
-        None => etendue_lab::study::run(&description, full_size, &settings, start, &kept),
+        Some((plan, parts)) => studied.merge(&plan, parts, &observer),
+        None => etendue_lab::study::run(&description, full_size, &settings, start, &observer),
     };
-    watcher.finish();
+    console.finish();
     let report = report.inspect_err(|_| files.remove_if_empty())?;
-    kept.keeper.result()?;
+    observer.measurement.result()?;
 
     let findings = files.findings(&report);
     write_text(&files.json, &json::of_findings(&findings))?;
@@ -107,7 +107,7 @@ pub fn run(arguments: &StudyArguments) -> Result<Outcome> {
 fn recommendation(
     settings: &StudySettings,
     description: &SceneDescription,
-    watcher: &Watcher,
+    console: &ConsoleObserver,
 ) -> Result<Option<Recommendation>> {
     let mut kinds = settings
         .variants
@@ -119,7 +119,7 @@ fn recommendation(
     }
     let session = Session::new(description.clone(), settings.options)?;
     session
-        .recommend(&RenderOptions::default(), &Cancelling(watcher))
+        .recommend(&RenderOptions::default(), &Cancelling(console))
         .map(Some)
 }
 
@@ -225,19 +225,19 @@ impl StudyFiles {
 }
 
 /// Writes the results so far to the report's JSON file at intervals.
-struct KeptStudy<'a> {
-    keeper: Keeper<'a>,
+struct WrittenStudy<'a> {
+    measurement: MeasurementObserver<'a>,
     files: &'a StudyFiles,
     last: Mutex<Instant>,
 }
 
-impl StudyObserver for KeptStudy<'_> {
+impl StudyObserver for WrittenStudy<'_> {
     fn progress(&self, fraction: f64, what: &str) {
-        self.keeper.show(fraction, what);
+        self.measurement.show(fraction, what);
     }
 
     fn is_cancelled(&self) -> bool {
-        self.keeper.is_cancelled()
+        self.measurement.is_cancelled()
     }
 
     fn report(&self, report: &StudyReport) {
@@ -246,7 +246,7 @@ impl StudyObserver for KeptStudy<'_> {
             return;
         }
         let json = json::of_findings(&self.files.findings(report));
-        self.keeper.keep(&self.files.json, &json);
+        self.measurement.write(&self.files.json, &json);
         *last = Instant::now();
     }
 }

@@ -6,8 +6,8 @@
 
 use crate::Outcome;
 use crate::durations::format_duration;
-use crate::output::Watcher;
-use crate::report::keeper::Keeper;
+use crate::output::ConsoleObserver;
+use crate::report::measurement::MeasurementObserver;
 use etendue::internals::image::atomic::{check_creatable, make_folder};
 use etendue::internals::scene::description::SceneDescription;
 use etendue::internals::state::Shard;
@@ -54,7 +54,7 @@ impl Studied<'_> {
     }
 
     /// Plans the study and writes the plan.
-    pub fn plan(&self, watcher: &Watcher) -> Result<Outcome> {
+    pub fn plan(&self, console: &ConsoleObserver) -> Result<Outcome> {
         let file = self.plan_file();
         if file.exists() {
             return Err(Error::usage(
@@ -64,7 +64,7 @@ impl Studied<'_> {
         }
         make_folder(self.folder)?;
         check_creatable(&file)?;
-        let shown = ShardProgress(Keeper::new(watcher));
+        let shown = ShardProgress(MeasurementObserver::new(console));
         let plan = shards::plan(
             self.description,
             self.full_size,
@@ -72,7 +72,7 @@ impl Studied<'_> {
             self.start,
             &shown,
         );
-        watcher.finish();
+        console.finish();
         if !matches!(plan, Ok(Some(_))) {
             // A new folder without a plan is of no use.
             let _ = std::fs::remove_dir(self.folder);
@@ -96,7 +96,7 @@ impl Studied<'_> {
     }
 
     /// Renders a shard and writes it.
-    pub fn render(&self, shard: Shard, watcher: &Watcher) -> Result<Outcome> {
+    pub fn render(&self, shard: Shard, console: &ConsoleObserver) -> Result<Outcome> {
         let plan = self.planned()?;
         let index = match shard {
             Shard::Part { index, of } if of == plan.shards => index,
@@ -114,7 +114,7 @@ impl Studied<'_> {
         };
         let file = self.part_file(index);
         check_creatable(&file)?;
-        let shown = ShardProgress(Keeper::new(watcher));
+        let shown = ShardProgress(MeasurementObserver::new(console));
         let part = shards::render(
             self.description,
             self.full_size,
@@ -124,7 +124,7 @@ impl Studied<'_> {
             self.start,
             &shown,
         );
-        watcher.finish();
+        console.finish();
         let Some(part) = part? else {
             return Ok(Outcome::Interrupted);
         };
@@ -183,7 +183,7 @@ impl Studied<'_> {
 }
 
 /// Shows progress and forwards Ctrl-C; there are no results to keep.
-struct ShardProgress<'a>(Keeper<'a>);
+struct ShardProgress<'a>(MeasurementObserver<'a>);
 
 impl StudyObserver for ShardProgress<'_> {
     fn progress(&self, fraction: f64, what: &str) {

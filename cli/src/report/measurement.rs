@@ -4,7 +4,7 @@
 //! Range: a file that cannot be written ends the measurement as Ctrl-C does; the error is returned at the end.
 //! Source: none needed. Tested in `cli/tests/command/bench.rs` and `cli/tests/command/study.rs`.
 
-use crate::output::{Watcher, time_left};
+use crate::output::{ConsoleObserver, time_left};
 use etendue::internals::image::atomic::write_text;
 use etendue::internals::render::RenderObserver;
 use etendue::{Error, Result};
@@ -13,18 +13,18 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Shows progress, forwards Ctrl-C, and writes results during the measurement.
-pub struct Keeper<'a> {
-    watcher: &'a Watcher,
+pub struct MeasurementObserver<'a> {
+    console: &'a ConsoleObserver,
     start: Instant,
     /// The first error of writing.
     failure: Mutex<Option<Error>>,
 }
 
-impl<'a> Keeper<'a> {
-    /// Creates a keeper for a measurement that starts now.
-    pub fn new(watcher: &'a Watcher) -> Self {
+impl<'a> MeasurementObserver<'a> {
+    /// Creates an observer for a measurement that starts now.
+    pub fn new(console: &'a ConsoleObserver) -> Self {
         Self {
-            watcher,
+            console,
             start: Instant::now(),
             failure: Mutex::new(None),
         }
@@ -32,7 +32,7 @@ impl<'a> Keeper<'a> {
 
     /// Shows the current step and the completed fraction of the whole.
     pub fn show(&self, fraction: f64, what: &str) {
-        self.watcher.show(fraction, || {
+        self.console.show(fraction, || {
             let left = time_left(fraction, self.start.elapsed());
             left.map_or(what.to_owned(), |left| format!("{what}, {left} left"))
         });
@@ -40,11 +40,11 @@ impl<'a> Keeper<'a> {
 
     /// Whether the measurement is to stop.
     pub fn is_cancelled(&self) -> bool {
-        self.failure().is_some() || self.watcher.is_cancelled()
+        self.failure().is_some() || self.console.is_cancelled()
     }
 
     /// Writes the results so far.
-    pub fn keep(&self, path: &Path, text: &str) {
+    pub fn write(&self, path: &Path, text: &str) {
         if let Err(error) = write_text(path, text) {
             self.failure().get_or_insert(error);
         }

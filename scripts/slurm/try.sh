@@ -64,11 +64,12 @@ cmp "$folder/adaptive.pfm" "$render/image.pfm"
 echo "an adaptive render in shards has the bits of one render"
 
 render=$folder/error
-ERROR=3% "$here/render.sh" "$render" 4 64 "$scene" --size 128x128
-ERROR=3% wait_for ended "$render"
+ERROR=1.5% "$here/render.sh" "$render" 4 64 "$scene" --size 128x128
+wait_for ended "$render"
 cat "$render/failed" 2>/dev/null && exit 1
 cat "$render/report.json" "$render/done"
 grep -q '"reached": true' "$render/report.json"
+[ "$(cat "$render/spp")" -gt 64 ] || { echo "try.sh: 64 samples were enough, so that no round was tried" >&2; exit 1; }
 echo "the error was reached after $(ls "$render"/part-*.etd | wc -l) shards"
 
 render=$folder/adaptive-error

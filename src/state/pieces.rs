@@ -20,7 +20,7 @@ const PIECE: usize = 1 << 23;
 /// The pieces that are read ahead.
 const AHEAD: usize = 2;
 
-/// What is read next.
+/// An item that the reading thread hands over.
 enum Item {
     /// The beginning of a file, and the length of its body.
     Header(Box<StateHeader>, u64),

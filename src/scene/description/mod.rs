@@ -393,14 +393,3 @@ pub struct MeshDescription {
     /// Three vertex indices per triangle; the geometric normal is (b - a) x (c - a).
     pub indices: Vec<[u32; 3]>,
 }
-
-impl MeshDescription {
-    /// The bytes that the mesh takes.
-    pub(crate) fn bytes(&self) -> u64 {
-        let bytes = size_of_val(&*self.positions)
-            + size_of_val(&*self.normals)
-            + size_of_val(&*self.uvs)
-            + size_of_val(&*self.indices);
-        bytes as u64
-    }
-}

@@ -110,12 +110,21 @@ impl MeshFiles {
                 none.insert(meshes)
             }
         };
-        let bytes = original.parts.iter().map(MeshDescription::bytes).sum();
+        let bytes = original.parts.iter().map(bytes_of).sum();
         memory::check(bytes, || format!("the mesh of {}", path.display()))?;
         let shared = changed(original.clone(), &changes);
         file.changed.insert(how, shared.clone());
         Ok(shared)
     }
+}
+
+/// The bytes that a mesh takes.
+fn bytes_of(mesh: &MeshDescription) -> u64 {
+    let bytes = size_of_val(&*mesh.positions)
+        + size_of_val(&*mesh.normals)
+        + size_of_val(&*mesh.uvs)
+        + size_of_val(&*mesh.indices);
+    bytes as u64
 }
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use super::super::fingerprint::Fingerprint;
 use super::*;
+use crate::film::Window;
+use crate::film::batches::BATCHES;
 use serde_json::Map;
 
 /// The header and the film of an image with all kinds of sums, no two of which are equal.
@@ -55,10 +57,8 @@ fn added(header: &StateHeader, bytes: &[u8], length: usize, piece: usize) -> Res
     let mut film = header.empty_film()?;
     let mut pieces = bytes.chunks(piece).map(<[u8]>::to_vec);
     let mut next_piece = || Ok(pieces.next());
-    let body = Body {
-        least: 1,
-        ..Body::in_pieces(&mut next_piece, length as u64)
-    };
+    let mut body = Body::in_pieces(&mut next_piece, length as u64);
+    body.least = 1;
     add_to(header, body, &mut film)?;
     Ok(film)
 }

@@ -242,9 +242,9 @@ fn settings_of_paths(state: &State) -> RenderSettings {
     settings.integrator = IntegratorKind::Auto;
     settings.light_paths = LightPathRule::Auto;
     settings.reuse = PathReuseRule::Auto;
-    let mut ways = Adaptive::ALL.iter();
-    if let Some(way) = ways.find(|it| identity.name("adaptive") == it.name()) {
-        settings.adaptive = *way;
+    let mut kinds = Adaptive::ALL.iter();
+    if let Some(kind) = kinds.find(|it| identity.name("adaptive") == it.name()) {
+        settings.adaptive = *kind;
     }
     with_known_choices(&settings, &identity.settings)
 }

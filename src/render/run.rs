@@ -79,26 +79,10 @@ impl<'a> Run<'a> {
     }
 
     /// Renders passes until the budget is used up.
-    pub(super) fn all_passes(self, mut budget: Budget, rendered: &mut Rendered) {
+    pub(super) fn all_passes(self, budget: Budget, rendered: &mut Rendered) {
         let settings = self.settings;
         self.fill_cache(rendered);
-        let step = match budget.error {
-            Some(_) => BATCHES,
-            None => settings.spp_step(),
-        };
-        if settings.adaptive == Adaptive::Greedy {
-            // The error target is for each pixel, not for the image.
-            budget.error = None;
-        }
-        let forecast_input = ForecastInput {
-            pixels: settings.window.pixel_count(),
-            in_steps: settings.sampler == SamplerKind::Sobol,
-        };
-        let error_records = rendered.error_records.clone();
-        let mut planner = PassPlanner::new(budget, step, forecast_input)
-            .in_rounds(rendered.is_shard)
-            .resumed_from(rendered.spp, error_records)
-            .restored(rendered.planner, rendered.elapsed);
+        let mut planner = self.planner(budget, rendered);
         let known = rendered.allocation.clone();
         let mut allocator = SampleAllocator::new(settings, rendered.is_pilot, known);
         let pixels = settings.window.pixel_count();
@@ -160,6 +144,28 @@ impl<'a> Run<'a> {
             || planner.is_reached()
             || (!rendered.cancelled && planner.target().is_some_and(|it| rendered.meets(it)));
         rendered.predicted = shown.predicted;
+    }
+
+    /// The planner of the passes that follow those of a render.
+    fn planner(&self, mut budget: Budget, rendered: &Rendered) -> PassPlanner {
+        let settings = self.settings;
+        let step = match budget.error {
+            Some(_) => BATCHES,
+            None => settings.spp_step(),
+        };
+        if settings.adaptive == Adaptive::Greedy {
+            // The error target is for each pixel, not for the image.
+            budget.error = None;
+        }
+        let forecast_input = ForecastInput {
+            pixels: settings.window.pixel_count(),
+            in_steps: settings.sampler == SamplerKind::Sobol,
+        };
+        let error_records = rendered.error_records.clone();
+        PassPlanner::new(budget, step, forecast_input)
+            .in_rounds(rendered.is_shard)
+            .resumed_from(rendered.spp, error_records)
+            .restored(rendered.planner, rendered.elapsed)
     }
 
     /// Whether a pilot may end after the samples so far. Checkpoints end passes early: a pilot ends after counts that do not

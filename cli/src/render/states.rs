@@ -105,54 +105,77 @@ pub fn start(
     console: &ConsoleObserver,
 ) -> Result<Rendering> {
     let state = &arguments.state;
-    let keeps = state.checkpoint.is_some() || arguments.out.iter().any(|path| is_state(path));
-    let pilot = state.pilot.as_deref();
-    let pilot = pilot.map(|file| Ok((file, State::read(file)?)));
-    let pilot = pilot.transpose()?;
-    let continued = match &state.resume {
-        Some(file) => read_to_continue(state, file, console)?.map(|old| (file, old)),
+    let pilot = match &state.pilot {
+        Some(file) => Some((file.as_path(), State::read(file)?)),
         None => None,
     };
-    let Some((file, old)) = continued else {
-        if let Some(checkpoint) = &state.checkpoint {
-            check_replaceable(checkpoint)?;
-        }
-        let identity = pilot.as_ref().map(|(_, it)| &it.header.identity);
-        let mut rendering = begin(state, session, options, identity, console)?;
-        match (pilot, state.shard) {
-            (Some((file, pilot)), None) => {
-                let continued = rendering.continue_after(session, pilot);
-                continued.map_err(|error| error.in_file(file))?;
-            }
-            (pilot, Some(shard)) => {
-                distribute(&mut rendering, session, pilot.as_ref())?;
-                rendering.restrict(shard)?;
-            }
-            (None, None) if keeps => rendering.check_can_be_kept()?,
-            (None, None) => {}
-        }
-        return Ok(rendering);
+    let continued = match &state.resume {
+        Some(file) => read_to_continue(state, file, console)?.map(|old| (file.as_path(), old)),
+        None => None,
     };
+    match continued {
+        Some((file, old)) => {
+            let options = with_limit_of(options, &old.header);
+            let known = Some(&old.header.identity);
+            let mut rendering = begin(state, session, &options, known, console)?;
+            distribute(&mut rendering, session, pilot.as_ref())?;
+            let continued = rendering.continue_from(session, old);
+            continued.map_err(|error| error.in_file(file))?;
+            check_shard(arguments, &rendering, file)?;
+            Ok(rendering)
+        }
+        None => start_anew(arguments, session, options, pilot, console),
+    }
+}
+
+/// Begins a render that has no samples but those of its pilot.
+fn start_anew(
+    arguments: &RenderArguments,
+    session: &Session,
+    options: &RenderOptions,
+    pilot: Option<(&Path, State)>,
+    console: &ConsoleObserver,
+) -> Result<Rendering> {
+    let state = &arguments.state;
+    if let Some(checkpoint) = &state.checkpoint {
+        check_replaceable(checkpoint)?;
+    }
+    let known = pilot.as_ref().map(|(_, it)| &it.header.identity);
+    let mut rendering = begin(state, session, options, known, console)?;
+    match (pilot, state.shard) {
+        (Some((file, pilot)), None) => {
+            let continued = rendering.continue_after(session, pilot);
+            continued.map_err(|error| error.in_file(file))?;
+        }
+        (pilot, Some(shard)) => {
+            distribute(&mut rendering, session, pilot.as_ref())?;
+            rendering.restrict(shard)?;
+        }
+        (None, None) => {
+            if state.checkpoint.is_some() || arguments.out.iter().any(|path| is_state(path)) {
+                rendering.check_can_be_kept()?;
+            }
+        }
+    }
+    Ok(rendering)
+}
+
+/// The options of a render that continues: with the limit that it had, unless they have one.
+fn with_limit_of(options: &RenderOptions, header: &StateHeader) -> RenderOptions {
     let mut options = options.clone();
     let has_limit = options.time.is_some() || options.error.is_some() || options.spp.is_some();
     if !has_limit {
-        // The render continues to the limit that it had.
-        options.spp = old.header.spp.or(old.header.limit);
-        if let Some(target) = old.header.planner.and_then(|planner| planner.target()) {
+        options.spp = header.spp.or(header.limit);
+        if let Some(target) = header.planner.and_then(|planner| planner.target()) {
             options.error = Some(target.rel_rmse);
             options.confidence = options.confidence.or(Some(target.confidence));
         }
     }
-    let mut rendering = begin(
-        state,
-        session,
-        &options,
-        Some(&old.header.identity),
-        console,
-    )?;
-    distribute(&mut rendering, session, pilot.as_ref())?;
-    let continued = rendering.continue_from(session, old);
-    continued.map_err(|error| error.in_file(file))?;
+    options
+}
+
+/// Checks that a render that continues from a file is the shard, or the whole render, that the arguments name.
+fn check_shard(arguments: &RenderArguments, rendering: &Rendering, file: &Path) -> Result<()> {
     if let Some(samples) = rendering.shard()
         && (arguments.out.is_empty() || !arguments.out.iter().all(|path| is_state(path)))
     {
@@ -162,22 +185,23 @@ pub fn start(
         ))
         .in_file(file));
     }
-    if let Some(shard) = state.shard {
-        let all = rendering.divisible()?;
-        let wanted = shard.samples_after(all.start, all.end)?;
-        if rendering.shard().as_ref() != Some(&wanted) {
-            let has = match rendering.shard() {
-                Some(samples) => format!("the shard of samples {}..{}", samples.start, samples.end),
-                None => "a whole render".to_owned(),
-            };
-            return Err(Error::usage(format!(
-                "is the state of {has}, not of the shard of samples {}..{}",
-                wanted.start, wanted.end
-            ))
-            .in_file(file));
-        }
+    let Some(shard) = arguments.state.shard else {
+        return Ok(());
+    };
+    let all = rendering.divisible()?;
+    let wanted = shard.samples_after(all.start, all.end)?;
+    if rendering.shard().as_ref() == Some(&wanted) {
+        return Ok(());
     }
-    Ok(rendering)
+    let has = match rendering.shard() {
+        Some(samples) => format!("the shard of samples {}..{}", samples.start, samples.end),
+        None => "a whole render".to_owned(),
+    };
+    Err(Error::usage(format!(
+        "is the state of {has}, not of the shard of samples {}..{}",
+        wanted.start, wanted.end
+    ))
+    .in_file(file))
 }
 
 /// Begins a render with the choices of a state of it, or of the file that the arguments name, or of pilots.

@@ -32,7 +32,7 @@ fn has_huge_triangle(geometry: &Geometry) -> bool {
 
 fn too_far(name: &str) -> String {
     format!(
-        "{name} reaches farther than 2^48 times the size of what the scene mostly consists of, or leaves double precision"
+        "`{name}` reaches farther than 2^48 times the size of what the scene mostly consists of, or leaves double precision"
     )
 }
 
@@ -55,7 +55,7 @@ pub fn build_geometry(
         if has_huge_triangle(&geometry) {
             let shape = &description.shapes[shape];
             let why = format!(
-                "{} has a triangle that is more than 2^32 times as large as what the scene mostly consists of",
+                "`{}` has a triangle that is more than 2^32 times as large as what the scene mostly consists of",
                 shape.name
             );
             return Err(shape.place.error(why));

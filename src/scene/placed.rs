@@ -257,7 +257,7 @@ pub const EVEN: f64 = 1e-9;
 fn scale_of(transform: &DAffine3, shape: &ShapeDescription) -> Result<f64> {
     even_scale(transform, EVEN).ok_or_else(|| {
         let message = format!(
-            "the transform of {} stretches it unevenly, but a sphere or disk has to stay one; use a mesh instead",
+            "the transform of `{}` stretches it unevenly, but a sphere or disk has to stay one; use a mesh instead",
             shape.name
         );
         shape.place.error(message)

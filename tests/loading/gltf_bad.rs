@@ -64,7 +64,12 @@ fn gltf_errors_name_the_location_and_expected_content() {
         (
             "\"mesh\":0",
             "\"mesh\":1",
-            "a.gltf: nodes[0].mesh: not valid: index out of bounds",
+            "a.gltf: nodes[0].mesh: expected an index below 1, the number of meshes",
+        ),
+        (
+            "\"indices\":",
+            "\"material\":0,\"indices\":",
+            "a.gltf: meshes[0].primitives[0].material: expected no index, as the file has no materials",
         ),
         (
             "{\"mesh\":0}",

@@ -226,7 +226,7 @@ fn escaped_dollar_signs_are_not_parameters() {
         r#"<default name="x" value="2"/><bsdf type="diffuse" id="\$x$x"/>
         <shape type="sphere"><ref id="\$x2"/><float name="radius" value="$x"/></shape>"#,
     );
-    assert_eq!(it.materials[0].name, "bsdf `$x2`");
+    assert_eq!(it.materials[0].name, "$x2");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::super::wording::shown;
 use super::animations::without_animations;
 use crate::error::{Error, Result};
 use gltf::Document;
-use gltf::json::validation::Validate;
+use gltf::json::validation::{self, Validate};
 use gltf::json::{Root, deserialize};
 use serde::Deserialize;
 
@@ -151,10 +151,37 @@ fn check(root: &Root) -> Result<()> {
     match first {
         None => Ok(()),
         Some((path, error)) => {
-            let message = format!("not valid: {}", error.to_string().to_lowercase());
+            let message = match (error, objects_at(root, &path)) {
+                (validation::Error::IndexOutOfBounds, Some((0, objects))) => {
+                    format!("expected no index, as the file has no {objects}")
+                }
+                (validation::Error::IndexOutOfBounds, Some((count, objects))) => {
+                    format!("expected an index below {count}, the number of {objects}")
+                }
+                _ => format!("not valid: {}", error.to_string().to_lowercase()),
+            };
             Err(Error::scene(message).in_field(shown(&path)))
         }
     }
+}
+
+/// The number and the name of the objects to which the index at a path of the JSON refers.
+fn objects_at(root: &Root, path: &str) -> Option<(usize, &'static str)> {
+    let key = path.rsplit('.').next()?.split('[').next()?;
+    Some(match key {
+        "bufferView" => (root.buffer_views.len(), "buffer views"),
+        "buffer" => (root.buffers.len(), "buffers"),
+        "camera" => (root.cameras.len(), "cameras"),
+        "children" | "nodes" | "node" => (root.nodes.len(), "nodes"),
+        "index" => (root.textures.len(), "textures"),
+        "indices" => (root.accessors.len(), "accessors"),
+        "material" => (root.materials.len(), "materials"),
+        "mesh" => (root.meshes.len(), "meshes"),
+        "scene" => (root.scenes.len(), "scenes"),
+        "skin" => (root.skins.len(), "skins"),
+        "source" => (root.images.len(), "images"),
+        _ => return None,
+    })
 }
 
 /// Checks the accessors of primitives, on which the crate's own check relies.

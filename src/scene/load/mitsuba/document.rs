@@ -69,7 +69,7 @@ pub fn read(path: &Path) -> Result<XmlObject> {
     Ok(XmlObject {
         tag: "scene".to_owned(),
         kind: String::new(),
-        id: "the scene".to_owned(),
+        name: String::new(),
         place: Place::of_file(path),
         folders,
         properties: reader.objects.resolved(written)?,
@@ -335,10 +335,7 @@ impl DocumentReader {
         let place = source.place(node);
         let object = XmlObject {
             tag: tag.to_owned(),
-            id: match &id {
-                Some(id) => format!("{tag} `{}`", shown(id)),
-                None => format!("{tag} `{}`", shown(&kind)),
-            },
+            name: shown(id.as_ref().unwrap_or(&kind)),
             kind,
             place: place.clone(),
             folders: Rc::clone(&source.folders),

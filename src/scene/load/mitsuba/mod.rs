@@ -64,7 +64,7 @@ pub fn load(path: &Path) -> Result<SceneDescription> {
             _ => contents.note(Note::at(
                 object.place.clone(),
                 NoteKind::Omission,
-                format!("{}: not supported: left out", object.id),
+                format!("{}: not supported: left out", object.title()),
             )),
         }
         property.used.set(true);

@@ -24,8 +24,8 @@ pub struct XmlObject {
     pub tag: String,
     /// The attribute `type`.
     pub kind: String,
-    /// The attribute `id`, or else a description, for messages.
-    pub id: String,
+    /// The attribute `id`, or else the type.
+    pub name: String,
     pub place: Place,
     /// The folders of the files that it names.
     pub folders: Rc<Folders>,
@@ -183,22 +183,34 @@ impl XmlObject {
             })
     }
 
+    /// What messages call the object.
+    pub fn title(&self) -> String {
+        match self.tag.as_str() {
+            "scene" => "the scene".to_owned(),
+            tag => format!("{tag} `{}`", self.name),
+        }
+    }
+
     /// Returns an error about a property, or about the object if it has none of this name.
     pub fn error_at(&self, name: &str, why: &str) -> crate::Error {
         let place = self
             .get(name)
             .map_or(&self.place, |property| &property.place);
-        place.error(format!("`{name}` of {}: {why}", self.id))
+        place.error(format!("`{name}` of {}: {why}", self.title()))
     }
 
     /// Returns an error about the object.
     pub fn error(&self, why: &str) -> crate::Error {
-        self.place.error(format!("{}: {why}", self.id))
+        self.place.error(format!("{}: {why}", self.title()))
     }
 
     /// Returns a note about the object.
     pub fn note(&self, kind: NoteKind, text: &str) -> Note {
-        Note::at(self.place.clone(), kind, format!("{}: {text}", self.id))
+        Note::at(
+            self.place.clone(),
+            kind,
+            format!("{}: {text}", self.title()),
+        )
     }
 
     /// Notes that properties are left out, unless they are 0, which has no effect.
@@ -226,7 +238,7 @@ impl XmlObject {
             contents.note(Note::at(
                 property.place.clone(),
                 NoteKind::Omission,
-                format!("{}: {what} is not supported: left out", self.id),
+                format!("{}: {what} is not supported: left out", self.title()),
             ));
         }
     }

@@ -101,7 +101,7 @@ impl Shapes {
                 group,
                 material: surface.material,
                 emission: emission.clone(),
-                ..ShapeDescription::new(shape.id.clone(), shape.place.clone(), geometry)
+                ..ShapeDescription::new(shape.name.clone(), shape.place.clone(), geometry)
             });
         }
         if surface.is_null && emission.is_none() {
@@ -166,7 +166,7 @@ impl Shapes {
             return Ok(());
         }
         let line = shape.place.line.unwrap_or(0);
-        let name = format!("{} of line {line}, {}", shape.id, contents.groups.len());
+        let name = format!("{} of line {line}, {}", shape.name, contents.groups.len());
         let index = contents.add_to_group(&name);
         self.groups.insert(key, index);
         for child in shape.children("shape") {
@@ -192,7 +192,7 @@ impl Shapes {
             of.ok_or_else(|| shape.error("expected a reference to a shape of type shapegroup"))?;
         self.group(of, None, contents)?;
         contents.instances.push(InstanceDescription {
-            name: shape.id.clone(),
+            name: shape.name.clone(),
             place: shape.place.clone(),
             of: self.groups[&Rc::as_ptr(of)],
             group: None,

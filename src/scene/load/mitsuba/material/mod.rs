@@ -41,7 +41,7 @@ pub fn material(bsdf: &XmlObject, contents: &mut SceneContents) -> Result<Mitsub
     let mut made = MaterialDescription {
         two_sided: false,
         ..MaterialDescription::new(
-            bsdf.id.clone(),
+            bsdf.name.clone(),
             bsdf.place.clone(),
             reader.diffuse_grey(0.5),
         )

@@ -14,7 +14,7 @@ use etendue::internals::state::Shard;
 use etendue::{Error, ErrorKind, Result, memory};
 use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::settings::{StudyObserver, StudySettings};
-use etendue_lab::study::shards::{self, StudyPart, StudyPlan};
+use etendue_lab::study::shards::{self, ShardRequest, StudyPart, StudyPlan};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -38,6 +38,11 @@ impl Studied<'_> {
 
     fn part_file(&self, shard: u64) -> PathBuf {
         self.folder.join(StudyPart::file_name(shard))
+    }
+
+    /// The file of a shard that was interrupted.
+    fn begun_file(&self, shard: u64) -> PathBuf {
+        self.folder.join(StudyPart::begun_file_name(shard))
     }
 
     /// Reads the plan.
@@ -95,7 +100,7 @@ impl Studied<'_> {
         Ok(Outcome::Done)
     }
 
-    /// Renders a shard and writes it.
+    /// Renders a shard, or the rest of it, and writes it.
     pub fn render(&self, shard: Shard, console: &ConsoleObserver) -> Result<Outcome> {
         let plan = self.planned()?;
         let index = match shard {
@@ -112,15 +117,22 @@ impl Studied<'_> {
                 ));
             }
         };
-        let file = self.part_file(index);
+        let (file, begun_file) = (self.part_file(index), self.begun_file(index));
         check_creatable(&file)?;
+        check_creatable(&begun_file)?;
+        let begun = begun_file.exists();
+        let begun = begun.then(|| StudyPart::read_begun(&begun_file));
+        let request = ShardRequest {
+            shard: index,
+            begun: begun.transpose()?,
+        };
         let shown = ShardProgress(MeasurementObserver::new(console));
         let part = shards::render(
             self.description,
             self.full_size,
             self.settings,
             &plan,
-            index,
+            request,
             self.start,
             &shown,
         );
@@ -128,7 +140,23 @@ impl Studied<'_> {
         let Some(part) = part? else {
             return Ok(Outcome::Interrupted);
         };
+        if !part.is_whole() {
+            part.write(&begun_file)?;
+            if !self.is_quiet {
+                say!(
+                    "{}: {} of {} renders; the same command continues from them",
+                    begun_file.display(),
+                    part.renders.len(),
+                    plan.schedule.renders()
+                );
+            }
+            return Ok(Outcome::Interrupted);
+        }
         part.write(&file)?;
+        if begun_file.exists() {
+            let removed = std::fs::remove_file(&begun_file);
+            removed.map_err(|error| Error::io("cannot delete", &begun_file, error))?;
+        }
         if !self.is_quiet {
             let time = format_duration(self.start.elapsed());
             say!("{}: done after {time}", file.display());

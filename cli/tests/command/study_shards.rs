@@ -2,6 +2,7 @@
 
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{INPUT_OUTPUT, SCENE, USAGE, command, fails, interrupted, measured, succeed};
+use etendue_lab::study::shards::StudyPart;
 
 const STUDY: &str = "study small.toml --size 8x6 --vary sampler=independent,sobol --progress none";
 
@@ -110,6 +111,7 @@ fn shards_merge(folder: &SceneFolder) {
         partial.stderr
     );
     succeed(folder, &format!("{STUDY} --shard 0/2 -o out"));
+    interrupted_shard_continues(folder);
     let merged = succeed(folder, &format!("{STUDY} --merge -o out"));
     assert!(!merged.stderr.contains("merged from"), "{}", merged.stderr);
     assert!(
@@ -120,6 +122,25 @@ fn shards_merge(folder: &SceneFolder) {
     for name in ["study.md", "study.html", "study.json", "study.csv"] {
         assert!(folder.path(&format!("out/{name}")).exists(), "{name}");
     }
+}
+
+/// The first shard, as if it had been interrupted after a few renders.
+fn interrupted_shard_continues(folder: &SceneFolder) {
+    let (part, begun) = (
+        folder.path("out/part-0.exr"),
+        folder.path("out/begun-0.exr"),
+    );
+    let whole = StudyPart::read(&part).expect("it was rendered");
+    let mut first = whole.clone();
+    first.renders.truncate(whole.renders.len() - 2);
+    first.write(&begun).expect("written");
+    std::fs::remove_file(&part).expect("it was there");
+    succeed(folder, &format!("{STUDY} --shard 0/2 -o out"));
+    let continued = StudyPart::read(&part).expect("it was continued");
+    let seconds =
+        |part: &StudyPart| -> Vec<_> { part.renders.iter().map(|it| it.seconds).collect() };
+    assert_eq!(seconds(&continued)[..first.renders.len()], seconds(&first));
+    assert!(!begun.exists());
 }
 
 /// Both variants have renders with seeds of their own.

@@ -9,7 +9,7 @@ use etendue::{ErrorKind, Result};
 use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::schedule::Schedule;
 use etendue_lab::study::settings::{NullStudyObserver, StudyObserver, StudySettings};
-use etendue_lab::study::shards::{StudyPart, StudyPlan, merge, plan, render};
+use etendue_lab::study::shards::{ShardRequest, StudyPart, StudyPlan, merge, plan, render};
 use etendue_lab::study::summary::summaries;
 use etendue_lab::study::variant::SettingValue;
 use std::collections::HashSet;
@@ -37,14 +37,23 @@ fn planned(settings: &StudySettings) -> StudyPlan {
 }
 
 fn part(settings: &StudySettings, plan: &StudyPlan, shard: u64) -> Result<StudyPart> {
-    let start = Instant::now();
+    rest(settings, plan, shard, None)
+}
+
+/// The whole part, given the renders of it that there are already.
+fn rest(
+    settings: &StudySettings,
+    plan: &StudyPlan,
+    shard: u64,
+    begun: Option<StudyPart>,
+) -> Result<StudyPart> {
     let part = render(
         &scene(),
         SIZE,
         settings,
         plan,
-        shard,
-        start,
+        ShardRequest { shard, begun },
+        Instant::now(),
         &NullStudyObserver,
     )?;
     Ok(part.expect("it was not cancelled"))
@@ -307,7 +316,17 @@ fn cancelled_plans_and_shards_give_nothing() {
     let none = plan(&scene(), SIZE, &settings, start, &Cancelling).expect("no error");
     assert!(none.is_none());
     let plan = planned(&settings);
-    let none = render(&scene(), SIZE, &settings, &plan, 0, start, &Cancelling).expect("no error");
+    let request = ShardRequest::default();
+    let none = render(
+        &scene(),
+        SIZE,
+        &settings,
+        &plan,
+        request,
+        start,
+        &Cancelling,
+    )
+    .expect("no error");
     assert!(none.is_none());
     let part = part(&settings, &plan, 0).expect("rendered");
     let report = merge(
@@ -320,4 +339,47 @@ fn cancelled_plans_and_shards_give_nothing() {
         &Cancelling,
     );
     assert!(!report.expect("a report").complete);
+}
+
+#[test]
+fn interrupted_shard_continues_to_the_renders_of_a_whole_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let settings = two_variants(2);
+    let plan = planned(&settings);
+    let whole = part(&settings, &plan, 1).expect("rendered");
+    assert!(whole.is_whole());
+    let mut begun = whole.clone();
+    begun.renders.truncate(3);
+    assert!(!begun.is_whole());
+    let path = folder.path().join(StudyPart::begun_file_name(1));
+    begun.write(&path).expect("written");
+    assert!(StudyPart::read(&path).is_err());
+    let begun = StudyPart::read_begun(&path).expect("read");
+    // A cancelled shard keeps what it has.
+    let request = ShardRequest {
+        shard: 1,
+        begun: Some(begun.clone()),
+    };
+    let start = Instant::now();
+    let kept = render(
+        &scene(),
+        SIZE,
+        &settings,
+        &plan,
+        request,
+        start,
+        &Cancelling,
+    );
+    let kept = kept.expect("no error").expect("it was begun");
+    assert_eq!(kept.renders.len(), 3);
+    let continued = rest(&settings, &plan, 1, Some(begun.clone())).expect("rendered");
+    assert!(continued.is_whole());
+    for (a, b) in whole.renders.iter().zip(&continued.renders) {
+        assert_eq!((a.task, a.seed, &a.image), (b.task, b.seed, &b.image));
+    }
+    for (index, (a, b)) in whole.renders.iter().zip(&continued.renders).enumerate() {
+        assert_eq!(a.seconds == b.seconds, index < 3, "{index}");
+    }
+    let error = rest(&settings, &plan, 0, Some(begun)).expect_err("another shard");
+    assert_eq!(error.kind(), ErrorKind::Usage, "{error}");
 }

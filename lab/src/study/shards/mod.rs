@@ -14,6 +14,7 @@ use super::compared_renders::ComparedRenders;
 use super::report::StudyReport;
 use super::run::{Study, order, resolved};
 use super::runner::Runner;
+use super::schedule::Task;
 use super::settings::{StudyClock, StudyObserver, StudySettings};
 use etendue::internals::render::RenderObserver;
 use etendue::internals::scene::description::SceneDescription;
@@ -21,6 +22,7 @@ use etendue::internals::state::{Fingerprint, fingerprint};
 use etendue::{Error, Result};
 pub use part::StudyPart;
 pub use plan::{MAX_SHARDS, StudyPlan};
+use std::collections::HashSet;
 use std::time::Instant;
 
 /// Plans a study of `settings.shards` shards, each of which takes the budget; `None` if it was cancelled.
@@ -57,23 +59,44 @@ pub fn plan(
     }))
 }
 
-/// Renders a shard, counted from 0; `None` if it was cancelled. The budget and the schedule are those of the plan.
+/// A shard to be rendered.
+#[derive(Debug, Clone, Default)]
+pub struct ShardRequest {
+    /// Its number, from 0.
+    pub shard: u64,
+    /// The renders of it that there are already.
+    pub begun: Option<StudyPart>,
+}
+
+/// Renders a shard. If it is cancelled, the part is not whole; `None` if not even its references are there. The budget and the
+/// schedule are those of the plan.
 ///
 /// # Errors
-/// Another scene, other settings or another program than the plan's, a shard that it does not have, or a render that fails.
+/// Another scene, other settings or another program than the plan's, a shard that it does not have, renders of another shard
+/// or by another plan, or a render that fails.
 pub fn render(
     description: &SceneDescription,
     full_size: (u32, u32),
     settings: &StudySettings,
     plan: &StudyPlan,
-    shard: u64,
+    request: ShardRequest,
     start: Instant,
     observer: &dyn StudyObserver,
 ) -> Result<Option<StudyPart>> {
+    let ShardRequest { shard, begun } = request;
     if shard >= plan.shards {
         return Err(Error::usage(format!(
             "there is no shard {shard}/{}: the plan has {} shards, counted from 0",
             plan.shards, plan.shards
+        )));
+    }
+    if begun
+        .as_ref()
+        .is_some_and(|begun| begun.plan != *plan || begun.shard != shard)
+    {
+        return Err(Error::usage(format!(
+            "{} has renders of another shard or by another plan: delete it",
+            StudyPart::begun_file_name(shard)
         )));
     }
     let settings = plan.settings(settings);
@@ -81,26 +104,33 @@ pub fn render(
     let (prepared, settings) = resolved(description, &settings, &mut clock)?;
     let mut study = Study::new(description, full_size, &settings, prepared);
     follow(plan, &mut study)?;
-    clock.begin("rendering two references");
-    let spp = plan.schedule.reference_spp;
-    let Some(references) = study.reference_renders(spp, shard, &clock)? else {
-        return Ok(None);
+    let mut part = match begun {
+        Some(begun) => begun,
+        None => {
+            clock.begin("rendering two references");
+            let spp = plan.schedule.reference_spp;
+            let Some(references) = study.reference_renders(spp, shard, &clock)? else {
+                return Ok(None);
+            };
+            StudyPart {
+                plan: plan.clone(),
+                shard,
+                references,
+                renders: Vec::new(),
+            }
+        }
     };
     clock.begin("rendering all levels in turn");
     let mut runner = Runner::new(&settings, &study.prepared, &clock, &plan.schedule, shard);
-    let mut renders = Vec::new();
-    for task in plan.schedule.blocks(order(&settings)).into_iter().flatten() {
+    let done: HashSet<Task> = part.renders.iter().map(|render| render.task).collect();
+    let tasks = plan.schedule.blocks(order(&settings)).into_iter().flatten();
+    for task in tasks.filter(|task| !done.contains(task)) {
         let Some(render) = runner.render(task, 0.0)? else {
-            return Ok(None);
+            break;
         };
-        renders.push(render);
+        part.renders.push(render);
     }
-    Ok(Some(StudyPart {
-        plan: plan.clone(),
-        shard,
-        references,
-        renders,
-    }))
+    Ok(Some(part))
 }
 
 /// Merges shards to a whole study; this machine measures the error bars and the sources of time and variance. Times are

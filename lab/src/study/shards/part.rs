@@ -67,6 +67,11 @@ impl StudyPart {
         format!("part-{shard}.exr")
     }
 
+    /// The name of the file of a shard that was interrupted.
+    pub fn begun_file_name(shard: u64) -> String {
+        format!("begun-{shard}.exr")
+    }
+
     /// Writes the shard to an OpenEXR file, whole or not at all.
     ///
     /// # Errors
@@ -103,17 +108,33 @@ impl StudyPart {
         write(path, first, &options)
     }
 
-    /// Reads a shard.
+    /// Reads a whole shard.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is not a whole shard of a study.
+    pub fn read(path: &Path) -> Result<Self> {
+        let part = Self::read_begun(path)?;
+        match part.is_whole() {
+            true => Ok(part),
+            false => Err(not_one("its renders are not those of its plan").in_file(path)),
+        }
+    }
+
+    /// Reads a shard that may lack renders.
     ///
     /// # Errors
     /// A file that cannot be read, or is not a shard of a study.
-    pub fn read(path: &Path) -> Result<Self> {
+    pub fn read_begun(path: &Path) -> Result<Self> {
         let file = LayeredImage::read(path, ColourSpace::Linear)?;
         Self::of(&file).map_err(|error| error.in_file(path))
     }
 
+    /// Whether it has all renders of its plan.
+    pub fn is_whole(&self) -> bool {
+        self.renders.len() as u64 == self.plan.schedule.renders()
+    }
+
     fn of(file: &LayeredImage) -> Result<Self> {
-        let not_one = |what: &str| Error::scene(format!("is not a shard of a study: {what}"));
         let Some(MetadataValue::Text(facts)) = file.fact(FACTS) else {
             return Err(not_one(
                 "expected a file that `etendue study --shard` wrote",
@@ -158,14 +179,14 @@ impl StudyPart {
             renders: renders.collect::<Result<_>>()?,
             plan: facts.plan,
         };
-        match part.is_whole() {
+        match part.is_planned() {
             true => Ok(part),
             false => Err(not_one("its renders are not those of its plan")),
         }
     }
 
-    /// Whether the part has exactly the renders of its plan, in times that are possible.
-    fn is_whole(&self) -> bool {
+    /// Whether the part has only renders of its plan, each once, in times that are possible.
+    fn is_planned(&self) -> bool {
         let StudyPlan { schedule, size, .. } = &self.plan;
         let image = &self.references.images[0];
         let is_planned = |task: &Task| {
@@ -179,9 +200,12 @@ impl StudyPart {
             && (image.width(), image.height()) == *size
             && self.shard < self.plan.shards
             && tasks.len() == self.renders.len()
-            && tasks.len() as u64 == schedule.renders()
             && self.renders.iter().all(|render| is_time(&render.seconds))
     }
+}
+
+fn not_one(what: &str) -> Error {
+    Error::scene(format!("is not a shard of a study: {what}"))
 }
 
 /// The layer of the second reference.

@@ -100,7 +100,7 @@ pub use math::rgb::Rgb;
 pub use math::vec;
 pub use render::auto::{LightPathChoice, PathChoices, PathReuseChoice, Recommendation};
 pub use render::options::RenderOptions;
-pub use render::settings::{Adaptive, LightPathRule, PathReuseRule};
+pub use render::settings::{Adaptive, BounceLimit, LightPathRule, PathReuseRule};
 pub use render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
 pub use render::{CONFIDENCE, NullRenderObserver, Progress, RenderObserver, Rendered};
 pub use sampling::warp::sample_hemisphere_cosine;

@@ -355,7 +355,7 @@ typedef struct {
   size_t struct_size;
   // A sum of flags such as `ETD_HAS_SEED`.
   uint32_t flags;
-  // Maximum number of scattering events, with `ETD_HAS_MAX_BOUNCES`. A limit causes bias.
+  // Maximum number of scattering events, with `ETD_HAS_MAX_BOUNCES`; `UINT32_MAX` for no limit. A limit causes bias.
   uint32_t max_bounces;
   // Samples per pixel.
   uint64_t spp;

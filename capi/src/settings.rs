@@ -7,6 +7,7 @@
 use crate::memory::{Versioned, text};
 use crate::status::Failure;
 use renderer::Adaptive;
+use renderer::BounceLimit;
 use renderer::FilterSampling;
 use renderer::IntegratorKind;
 use renderer::LightPathRule;
@@ -38,7 +39,7 @@ pub struct EtdSettings {
     pub struct_size: usize,
     /// A sum of flags such as `ETD_HAS_SEED`.
     pub flags: u32,
-    /// Maximum number of scattering events, with `ETD_HAS_MAX_BOUNCES`. A limit causes bias.
+    /// Maximum number of scattering events, with `ETD_HAS_MAX_BOUNCES`; `UINT32_MAX` for no limit. A limit causes bias.
     pub max_bounces: u32,
     /// Samples per pixel.
     pub spp: u64,
@@ -108,7 +109,10 @@ impl EtdSettings {
             })?;
         }
         options.seed = has(ETD_HAS_SEED).then_some(self.seed);
-        options.max_bounces = has(ETD_HAS_MAX_BOUNCES).then_some(self.max_bounces);
+        options.max_bounces = has(ETD_HAS_MAX_BOUNCES).then_some(match self.max_bounces {
+            u32::MAX => BounceLimit::Unlimited,
+            limit => BounceLimit::AtMost(limit),
+        });
         options.layers = has(ETD_LAYERS);
         options.crop = has(ETD_HAS_CROP).then_some(self.crop);
         options.spp = (self.spp != 0).then_some(self.spp);

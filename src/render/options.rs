@@ -6,7 +6,7 @@
 //! `cli/tests/command/bad_input.rs`.
 
 use super::CONFIDENCE;
-use super::settings::{Adaptive, LightPathRule, PathReuseRule};
+use super::settings::{Adaptive, BounceLimit, LightPathRule, PathReuseRule};
 use super::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind, available_threads};
 use crate::effects::Kernel;
 use crate::error::{Error, Result};
@@ -43,8 +43,8 @@ pub struct RenderOptions {
     pub adaptive: Option<Adaptive>,
     /// Whether to write layers beside the image: error bars, and the first hits.
     pub layers: bool,
-    /// The largest number of scattering events.
-    pub max_bounces: Option<u32>,
+    /// The limit of scattering events.
+    pub max_bounces: Option<BounceLimit>,
     /// The rule of Russian roulette.
     pub roulette: Option<Roulette>,
     /// The selection of lights.
@@ -95,7 +95,10 @@ impl RenderOptions {
             budget: self.budget(of_scene.budget),
             adaptive: self.adaptive.unwrap_or(of_scene.adaptive),
             layers: self.layers,
-            max_bounces: self.max_bounces.or(of_scene.max_bounces),
+            max_bounces: match self.max_bounces {
+                Some(limit) => limit.max_bounces(),
+                None => of_scene.max_bounces,
+            },
             roulette: self.roulette.or(of_scene.roulette),
             light_choice: self.light_choice,
             light_paths: self.light_paths.unwrap_or(of_scene.light_paths),
@@ -254,6 +257,24 @@ mod tests {
             ..RenderOptions::default()
         };
         assert_eq!(options.settings(&scene()).expect("valid").budget.spp, None);
+    }
+
+    #[test]
+    fn limit_of_bounces_replaces_that_of_the_scene_or_removes_it() {
+        let mut scene = scene();
+        scene.render.max_bounces = Some(5);
+        for (given, expected) in [
+            (None, Some(5)),
+            (Some(BounceLimit::AtMost(0)), Some(0)),
+            (Some(BounceLimit::Unlimited), None),
+        ] {
+            let options = RenderOptions {
+                max_bounces: given,
+                ..RenderOptions::default()
+            };
+            let settings = options.settings(&scene).expect("valid");
+            assert_eq!(settings.max_bounces, expected, "{given:?}");
+        }
     }
 
     #[test]

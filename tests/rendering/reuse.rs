@@ -28,7 +28,7 @@ use etendue::internals::render::check;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::replay::replay;
 use etendue::internals::render::settings::{
-    Adaptive, LightPathRule, PathReuseRule, RenderSettings,
+    Adaptive, BounceLimit, LightPathRule, PathReuseRule, RenderSettings,
 };
 use etendue::internals::scene::description::{
     ColourDescription, MaterialModel, SceneDescription, ShapeDescription,
@@ -278,12 +278,15 @@ fn path_reuse_stays_off_where_unsupported() {
             "cornell-box",
             options(&|it| it.adaptive = Some(Adaptive::TwoPhase)),
         ),
-        ("cornell-box", options(&|it| it.max_bounces = Some(1))),
+        (
+            "cornell-box",
+            options(&|it| it.max_bounces = Some(BounceLimit::AtMost(1))),
+        ),
         (
             "cornell-box",
             options(&|it| {
                 it.roulette = Some(Roulette::None);
-                it.max_bounces = Some(7);
+                it.max_bounces = Some(BounceLimit::AtMost(7));
             }),
         ),
         (

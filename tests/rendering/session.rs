@@ -14,7 +14,7 @@ use etendue::internals::math::rgb::Rgb;
 use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::render::settings::{
-    Adaptive, Budget, LightPathRule, PathReuseRule, RenderSettings,
+    Adaptive, BounceLimit, Budget, LightPathRule, PathReuseRule, RenderSettings,
 };
 use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::{
@@ -324,7 +324,7 @@ fn radiance_queries_match_closed_forms() {
     let mut options = RenderOptions::default();
     options.layers = true;
     options.roulette = Some(Roulette::None);
-    options.max_bounces = Some(1);
+    options.max_bounces = Some(BounceLimit::AtMost(1));
     let seen = session.radiance(&options, &rays, 100).expect("valid");
     // Under a constant environment a convex body reflects albedo times its radiance in every sample. The third ray misses
     // the body and sees the environment.

@@ -7,7 +7,7 @@ use etendue::internals::image::LayeredImage;
 use etendue::internals::image::atomic::ExistingFile;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::render::settings::{Adaptive, Budget, SamplerKind};
+use etendue::internals::render::settings::{Adaptive, BounceLimit, Budget, SamplerKind};
 use etendue::internals::render::{NullRenderObserver, RenderObserver};
 use etendue::internals::session::layers::with_film;
 use etendue::internals::session::{Rendering, Session};
@@ -108,7 +108,7 @@ fn merged_shards_are_bit_identical_to_one_render() {
     ] {
         let mut options = options(integrator, spp);
         options.sampler = Some(sampler);
-        options.max_bounces = Some(6);
+        options.max_bounces = Some(BounceLimit::AtMost(6));
         let whole = session(SMALL, 2).render(&options, &NullRenderObserver);
         let whole = whole.expect("valid options");
         for (of, threads) in [(2, 1), (7, 2), (64, 1)] {
@@ -349,7 +349,7 @@ fn merging_mismatched_shards_is_rejected_naming_both_files() {
     other.seed = Some(u64::MAX);
     differs(&other, SMALL, &["seed is 0 in", "18446744073709551615 in"]);
     other = base.clone();
-    other.max_bounces = Some(3);
+    other.max_bounces = Some(BounceLimit::AtMost(3));
     differs(&other, SMALL, &["max_bounces is null in", "3 in"]);
     other = base.clone();
     other.filter_sampling = Some(FilterSampling::Importance);

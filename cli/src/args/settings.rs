@@ -4,14 +4,18 @@
 //! Range: stated at each flag; a value outside it is a usage error that names the flag.
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/render.rs` and `cli/tests/command/plan.rs`.
 
-use super::values::{named, parse_distance, parse_filter, parse_roulette, parse_size, parse_small};
+use super::values::{
+    named, parse_bounces, parse_distance, parse_filter, parse_roulette, parse_size, parse_small,
+};
 use clap::Args;
 use etendue::internals::film::filter::{FilterDescription, FilterSampling};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::light::types::LightChoice;
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::render::settings::{LightPathRule, PathReuseRule, SamplerKind};
+use etendue::internals::render::settings::{
+    BounceLimit, LightPathRule, PathReuseRule, SamplerKind,
+};
 use etendue::internals::scene::description::SceneDescription;
 
 /// The settings of a render.
@@ -33,10 +37,10 @@ pub struct SettingsArguments {
     /// Sampler of the random numbers. Default: the scene's, or sobol.
     #[arg(long, value_parser = named(SamplerKind::ALL, SamplerKind::name))]
     pub sampler: Option<SamplerKind>,
-    /// Maximum number of scattering events: 0 shows emitters only, 1 is direct light. Biased. Default: the scene's, or
-    /// no limit.
-    #[arg(long, value_name = "N")]
-    pub max_bounces: Option<u32>,
+    /// Maximum number of scattering events: 0 shows emitters only, 1 is direct light. Biased, except for none: no limit.
+    /// Default: the scene's, or none.
+    #[arg(long, value_name = "N|none", value_parser = parse_bounces)]
+    pub max_bounces: Option<BounceLimit>,
     /// Russian roulette. Affects noise and time, not the mean. Default: the scene's, or the integrator's.
     ///
     /// none: never. albedo: by what the last surface reflected. throughput: by the path throughput. window=1/N: by the

@@ -5,7 +5,7 @@
 //! Source: the conventions of `etendue help`. Tested in `cli/tests/command/study.rs` and below.
 
 use super::MeasurementArguments;
-use super::values::{parse_shard, parse_size};
+use super::values::{parse_bounces, parse_shard, parse_size};
 use crate::durations::parse_duration;
 use clap::Args;
 use etendue::internals::accel::{Backend, Precision};
@@ -118,11 +118,10 @@ fn choice(setting: &str, value: &str) -> Result<SettingValue, String> {
         }
         "reuse" => named(value, PathReuseRule::ALL, PathReuseRule::name).map(SettingValue::Reuse),
         "kernel" => named(value, Kernel::ALL, Kernel::name).map(SettingValue::Kernel),
-        "max-bounces" if value == "none" => Ok(SettingValue::MaxBounces(None)),
-        "max-bounces" => match value.parse() {
-            Ok(limit) => Ok(SettingValue::MaxBounces(Some(limit))),
-            Err(_) => Err(format!("`{value}`: expected a whole number, or none")),
-        },
+        "max-bounces" => {
+            let limit = parse_bounces(value)?;
+            Ok(SettingValue::MaxBounces(limit.max_bounces()))
+        }
         _ => Err(unknown_name("setting", setting, &SETTINGS)),
     }
 }

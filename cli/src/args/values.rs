@@ -9,6 +9,7 @@ use etendue::internals::accel::{Backend, Precision, Quality};
 use etendue::internals::film::filter::{FilterDescription, FilterKind, MAX_RADIUS};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::integrator::roulette::ParseRouletteError;
+use etendue::internals::render::settings::BounceLimit;
 use etendue::internals::scene::load::unknown_name;
 use etendue::internals::state::Shard;
 
@@ -72,6 +73,15 @@ pub fn parse_filter(text: &str) -> Result<FilterDescription, String> {
             })?,
     };
     Ok(FilterDescription { kind, radius })
+}
+
+/// Parses a limit of scattering events.
+pub fn parse_bounces(text: &str) -> Result<BounceLimit, String> {
+    if text == "none" {
+        return Ok(BounceLimit::Unlimited);
+    }
+    let limit = text.parse().map(BounceLimit::AtMost);
+    limit.map_err(|_| format!("`{text}`: expected a whole number, or none"))
 }
 
 /// Parses a width and a height in pixels.

@@ -42,6 +42,10 @@ fn invalid_flags_are_usage_errors() {
     flags_fail("--pixel 1 --sample 0", &["--pixel", "2 whole numbers"]);
     flags_fail("--integrator pth", &["--integrator", "pth", "path"]);
     flags_fail("--integrator brdf", &["--integrator", "bsdf"]);
+    flags_fail(
+        "--max-bounces few",
+        &["--max-bounces", "whole number, or none"],
+    );
     flags_fail("--roulette never", &["--roulette", "none"]);
     flags_fail("--roulette none", &["--max-bounces"]);
     flags_fail("--light-paths 3", &["--light-paths", "1/4"]);

@@ -240,6 +240,9 @@ fn biased_settings_are_reported() {
             .is_some_and(|bias| bias.contains("max_bounces 1")),
         "{bias}"
     );
+    let finished = succeed(&folder, "render small.toml --max-bounces none --json");
+    let bias = &json(&finished.stdout)["bias"];
+    assert!(bias.as_array().is_some_and(Vec::is_empty), "{bias}");
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! The named choices of a render's settings: the sampler, light paths beside `path`, shared paths, and the distribution of
-//! samples.
+//! The named choices of a render's settings: the sampler, the limit of bounces, light paths beside `path`, shared paths, and
+//! the distribution of samples.
 //!
 //! Measure: none.
 //! Range: the listed choices; an unknown name is an error of the scene file or of the command line.
@@ -8,6 +8,7 @@
 use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::reuse::PathReuse;
 use serde::Serialize;
+use std::fmt;
 
 /// The source of random numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -32,6 +33,35 @@ impl SamplerKind {
             Self::Independent => "independent",
             Self::Stratified => "stratified",
             Self::Sobol => "sobol",
+        }
+    }
+}
+
+/// The limit of the scattering events of a path.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BounceLimit {
+    /// At most this number.
+    AtMost(u32),
+    /// Any number, also where the scene has a limit.
+    Unlimited,
+}
+
+impl BounceLimit {
+    /// The largest number of scattering events; `None` without a limit.
+    pub fn max_bounces(self) -> Option<u32> {
+        match self {
+            Self::AtMost(limit) => Some(limit),
+            Self::Unlimited => None,
+        }
+    }
+}
+
+impl fmt::Display for BounceLimit {
+    /// As on the command line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AtMost(limit) => limit.fmt(f),
+            Self::Unlimited => f.write_str("none"),
         }
     }
 }

@@ -11,7 +11,7 @@ mod of_scene;
 mod rules;
 mod validate;
 
-pub use choices::{Adaptive, LightPathRule, PathReuseRule, SamplerKind};
+pub use choices::{Adaptive, BounceLimit, LightPathRule, PathReuseRule, SamplerKind};
 pub(super) use limits::{ADAPTIVE_PILOT, MAX_SHARE_OF_PILOT, SHARE_OF_PILOT};
 pub use limits::{Budget, ErrorTarget};
 pub use of_scene::DEFAULT_CACHE_ERROR;

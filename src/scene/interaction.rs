@@ -96,6 +96,14 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
         !self.is_flat.or(true) && self.frame.n != ns && self.frame.n != -ns
     }
 
+    /// Whether the shading frame for the unit vector `w`, on the same side as `wo`, is at the shape's own shading normal, and
+    /// not at a tilted one. Free of branches.
+    #[inline(always)]
+    pub fn is_untilted_for(&self, w: V) -> bool {
+        let ns = self.ns.or(self.ng);
+        self.is_flat.or(true) | is_reflected_outwards(w, self.ng * self.side, ns * self.side)
+    }
+
     /// Whether `wo` is on the back of the surface.
     #[inline]
     pub fn is_behind(&self) -> bool {
@@ -196,13 +204,18 @@ fn side_and_frame<E: Effects, V: Vector>(
 /// `wo` is on the side of `ng`.
 #[inline(always)]
 fn correct_shading_normal<V: Vector>(wo: V, ng: V, ns: V) -> V {
-    let mirrored = reflect(wo, ns);
-    let below = mirrored.dot(ng);
-    if (below >= 0.0) & (wo.dot(ns) > 0.0) {
+    if is_reflected_outwards(wo, ng, ns) {
         return ns;
     }
-    let tangent = (mirrored - ng * below).normalize_or(V::splat(0.0));
+    let mirrored = reflect(wo, ns);
+    let tangent = (mirrored - ng * mirrored.dot(ng)).normalize_or(V::splat(0.0));
     (wo + tangent).normalize_or(ng)
+}
+
+/// Whether a mirror with the normal `ns` reflects `wo` to the side of `ng`, and `wo` is on the front of it.
+#[inline(always)]
+fn is_reflected_outwards<V: Vector>(wo: V, ng: V, ns: V) -> bool {
+    (reflect(wo, ns).dot(ng) >= 0.0) & (wo.dot(ns) > 0.0)
 }
 
 #[cfg(test)]

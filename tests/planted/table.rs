@@ -451,6 +451,11 @@ pub const PLANTED: &[Planted] = &[
         "rendering::reuse::path_reuse_agrees_with_path_in_partly_shareable_blocks",
     ),
     bug(
+        "reuse-rough-seen-alike",
+        "a rough second surface reflects the radiance to all pixels that it reflects to one",
+        "rendering::reuse::path_reuse_agrees_with_path_between_rough_surfaces",
+    ),
+    bug(
         "light-paths-without-importance",
         "a light path that comes to the lens is not divided by the solid angle of a pixel",
         "rendering::light_paths::light_paths_agree_with_path_in_every_block_of_six_scenes",

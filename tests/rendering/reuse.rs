@@ -117,6 +117,39 @@ fn path_reuse_agrees_with_path_in_partly_shareable_blocks() {
     }
 }
 
+/// A room whose walls and blocks are rough: dielectrics with a diffuse base, or metal.
+fn rough(metallic: f32, roughness: f32) -> SceneDescription {
+    let mut scene = matte();
+    for material in &mut scene.materials {
+        if let MaterialModel::Diffuse { reflectance } = &material.model {
+            material.model = MaterialModel::Principled {
+                base_color: reflectance.clone(),
+                metallic,
+                roughness,
+                ior: 1.5,
+                transmission: 0.0,
+            };
+        }
+    }
+    scene
+}
+
+#[test]
+fn path_reuse_agrees_with_path_between_rough_surfaces() {
+    let surfaces = [
+        ("mirroring coat", 0.0, 0.0),
+        ("smooth coat", 0.0, 0.2),
+        ("rough coat", 0.0, 0.7),
+        ("rough metal", 1.0, 0.6),
+    ];
+    for (place, (name, metallic, roughness)) in surfaces.into_iter().enumerate() {
+        let scene = rough(metallic, roughness);
+        for reuse in one_in(2, place % 2, [PathReuse::Sixteen, PathReuse::Four]) {
+            compare(name, &scene, reuse, 0.03, None);
+        }
+    }
+}
+
 #[test]
 fn path_reuse_agrees_with_path_with_shading_normals() {
     compare("stones", &stones(), PathReuse::Sixteen, 0.02, None);

@@ -163,6 +163,47 @@ impl PrincipledLanes {
         self.pdf_scale[lane] = lobes.pdf_scale;
     }
 
+    /// The BSDF of a lane in all lanes, not bound to any direction.
+    pub fn repeated(&self, lane: usize) -> Self {
+        let one = |lanes: &Lanes<f32>| [lanes[lane]; LANES];
+        let three = |lanes: &Lanes3| lanes.each_ref().map(one);
+        Self {
+            first: [self.first[lane]; LANES],
+            t: one(&self.t),
+            alpha: one(&self.alpha),
+            f0: three(&self.f0),
+            f90: one(&self.f90),
+            metal_ms: three(&self.metal_ms),
+            base: three(&self.base),
+            coat_f0: one(&self.coat_f0),
+            base_scale: one(&self.base_scale),
+            multiple_scale: one(&self.multiple_scale),
+            pdf_scale: one(&self.pdf_scale),
+            is_conductor: [self.is_conductor[lane]; LANES],
+            has_conductors: self.is_conductor[lane] != 0,
+            eta: three(&self.eta),
+            k: three(&self.k),
+            ..Self::default()
+        }
+    }
+
+    /// The roughness parameter of a lane's microfacets.
+    pub fn alpha(&self, lane: usize) -> f32 {
+        self.alpha[lane]
+    }
+
+    /// Whether a lane has a diffuse base.
+    pub fn has_base(&self, lane: usize) -> bool {
+        load::<Rgb>(&self.base, lane).max_channel() > 0.0
+    }
+
+    /// Whether a lane reflects any light.
+    pub fn reflects(&self, lane: usize) -> bool {
+        let of_facets = load::<Rgb>(&self.f0, lane).max_channel();
+        let is_dielectric = self.is_conductor[lane] == 0 && self.f90[lane] > 0.0;
+        self.has_base(lane) || of_facets > 0.0 || is_dielectric
+    }
+
     #[inline(always)]
     fn lobes(&self, lane: usize) -> OpaqueLobes<LaneVec3> {
         OpaqueLobes {

@@ -228,6 +228,17 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let nee_lanes = self.sample_lights(wavefront, block, stage, &states);
             let decision = Decision::Bsdf(wavefront.bounce);
             self.sample_bsdfs(wavefront, block, stage, &states, &nee_lanes, decision);
+            let shares_rough = E::Glossy::ON && self.reuses::<E>() && wavefront.bounce == 1;
+            if shares_rough {
+                let StageScratch {
+                    at,
+                    bsdfs,
+                    direct_light,
+                    scattering,
+                    ..
+                } = &mut *stage;
+                reuse.scatter_at_rough(at, bsdfs, &nee_lanes, direct_light, scattering);
+            }
             self.compute_light_path_ratios(wavefront, block, stage, &nee_lanes);
             self.estimate_direct_light(wavefront, block, stage, &nee_lanes, &cached.lanes);
             if wavefront.observer.is_sequential() {
@@ -248,6 +259,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             self.update_light_path_ratios(wavefront.bounce, block, stage);
             if !wavefront.observer.is_sequential() {
                 wavefront.trace_shadow_rays(block, stage);
+            }
+            if shares_rough {
+                reuse.keep_light_at_rough(block);
             }
             for lane in cached.lanes.each() {
                 block.add(lane, cached.contributions[lane]);

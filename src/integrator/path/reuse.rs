@@ -1,7 +1,7 @@
 //! Path reuse between the pixels of a group: each pixel is connected to the second surface of every path.
 //!
-//! Let x_k be the surface that pixel k of a group sees, and y_j the next surface of pixel j's path, both matte. If p_k is
-//! the density with which the path of pixel k is scattered, in directions,
+//! Let x_k be the surface that pixel k of a group sees, and y_j the next surface of pixel j's path, at first a matte one. If
+//! p_k is the density with which the path of pixel k is scattered, in directions,
 //!
 //!   g_k(y) = p_k(x_k -> y) |cos at y| V(x_k, y) / |y - x_k|^2
 //!
@@ -17,10 +17,21 @@
 //! these factors over i, so that roulette sees the light that all pixels take. Emission of y_j and direct light at x_i,
 //! which have their own weights, are not shared.
 //!
-//! A pixel k shares if x_k is matte and not black: paths end on black surfaces, so that their pixels find no y. This
-//! depends on no sampled direction and is the same for every j. A second surface y is shared if it is matte with no
-//! interpolated normal, which depends on y alone. A pixel on the other side of y's surface takes no part, neither in
-//! the sum over i nor in that over k. Any other path is not shared: it counts for its own pixel alone, with weight one.
+//! Where y_j is rough, not matte, it reflects other radiance to each pixel. The light samples at y_j, and the direction w in which
+//! its BSDF scatters the path, are then shared, too. With p(w | x_k) the density of w for a path that comes from x_k, the light
+//! that arrives at y_j along w is divided by
+//!
+//!   sum_k g_k(y_j) p(w | x_k)                    if the BSDF sampled w,
+//!   p_light(w) sum_k g_k(y_j)                    if light sampling did,
+//!
+//! and weighted between these two by the power heuristic of p_light and the mean of p(w | x_k), with the weights g_k. So no
+//! pixel takes much light from a direction that its own paths rarely take, and the others often.
+//!
+//! A pixel k shares if x_k is opaque, not black and not a mirror: paths end on black surfaces, so that their pixels find no y.
+//! This depends on no sampled direction and is the same for every j. A second surface y is shared if it is matte or rough, which
+//! depends on y alone. A pixel on the other side of y's surface, or one for which y's shading normal is tilted, takes no part,
+//! neither in the sum over i nor in that over k: to it, y reflects other radiance than to the rest. Any other path is not
+//! shared: it counts for its own pixel alone, with weight one.
 //!
 //! Measure: radiance; densities per area of normalised scene units.
 //! Range: kernels with `Reuse`, of scenes without motion and alpha. A path whose own density is zero or infinite by
@@ -28,27 +39,28 @@
 //! Source: Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths"; Veach 1997, section 9.2.
 //! Tested in `tests/rendering/reuse.rs`.
 
+mod first_surfaces;
+mod rough;
+
 use super::super::SampleLanes;
 use super::super::reuse::PathReuse;
 use super::block::PathBlock;
-use super::shading::BsdfLanes;
-use crate::accel::lanes::RayLanes;
-use crate::bsdf::{BsdfValue, Diffuse};
-use crate::effects::Effects;
-use crate::geometry::surface::SurfacePoint;
-use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
+use super::shading::{BsdfLanes, DirectLightLanes, ScatteringLanes};
+use crate::effects::{Effects, Slot, State};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes3, load, store, vectorised};
 use crate::math::rgb::Rgb;
-use crate::math::vec::{LaneVec3, Vector};
+use crate::math::vec::{LaneVec3, Vec3};
 use crate::planted::planted;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
+use first_surfaces::{Connections, FirstSurfaces, rough_lanes};
+use rough::{LightAtRough, RoughSecondSurface, SeenSurface, look_back};
 
 /// The surfaces that sixteen pixels see, and the paths that they share.
 #[derive(Debug)]
 struct SharedPaths<E: Effects> {
-    first: InteractionLanes<E>,
-    reflectance: Lanes3,
+    first: FirstSurfaces<E>,
     /// The pixels that share.
     pixels: ActiveLanes<LANES>,
     /// The paths that are shared.
@@ -57,18 +69,20 @@ struct SharedPaths<E: Effects> {
     own: Lanes3,
     /// The weight in each pixel, for each path, of the light found beyond its second surface.
     factors: [Lanes3; LANES],
+    /// The light that light sampling finds at rough second surfaces.
+    at_rough: State<E::Glossy, LightAtRough>,
 }
 
 impl<E: Effects> Default for SharedPaths<E> {
     fn default() -> Self {
         let zero = [[0.0; LANES]; 3];
         Self {
-            first: InteractionLanes::default(),
-            reflectance: zero,
+            first: FirstSurfaces::default(),
             pixels: ActiveLanes::NONE,
             paths: ActiveLanes::NONE,
             own: zero,
             factors: [zero; LANES],
+            at_rough: Slot::new(LightAtRough::default),
         }
     }
 }
@@ -78,6 +92,9 @@ impl<E: Effects> Default for SharedPaths<E> {
 pub struct ReuseScratch<E: Effects> {
     packets: Vec<SharedPaths<E>>,
     connections: Connections,
+    /// The rough second surfaces of the current block of paths.
+    rough: Vec<RoughSecondSurface>,
+    seen: SeenSurface,
 }
 
 impl<E: Effects> Default for ReuseScratch<E> {
@@ -85,28 +102,10 @@ impl<E: Effects> Default for ReuseScratch<E> {
         Self {
             packets: Vec::new(),
             connections: Connections::default(),
+            rough: Vec::new(),
+            seen: SeenSurface::default(),
         }
     }
-}
-
-/// The connections of sixteen pixels to a second surface.
-#[repr(align(64))]
-#[derive(Debug, Default)]
-struct Connections {
-    /// The densities g_k of the surface without visibility; zero where a pixel cannot find it.
-    density: Lanes<f32>,
-    /// The factors f |cos| |cos| / r^2 of the radiance that the surface reflects.
-    factor: Lanes3,
-    /// The rays from the pixels' surfaces.
-    rays: RayLanes<LANES>,
-}
-
-/// A second surface.
-#[derive(Debug, Clone, Copy)]
-struct SecondSurface {
-    point: SurfacePoint<LaneVec3>,
-    /// The geometric normal on the side from which the path has come.
-    normal: LaneVec3,
 }
 
 impl<E: Effects> ReuseScratch<E> {
@@ -118,6 +117,9 @@ impl<E: Effects> ReuseScratch<E> {
         for shared in &mut self.packets {
             shared.pixels = ActiveLanes::NONE;
             shared.paths = ActiveLanes::NONE;
+            if let Some(at_rough) = shared.at_rough.get_mut() {
+                at_rough.paths = ActiveLanes::NONE;
+            }
         }
     }
 
@@ -136,23 +138,15 @@ impl<E: Effects> ReuseScratch<E> {
             return;
         }
         let shared = &mut self.packets[first / LANES];
-        shared.first.clone_from(at);
-        let matte = bsdfs.diffuse_lanes(&block.active);
-        let mut reflects = ActiveLanes::NONE;
-        for lane in matte.each() {
-            let reflectance = bsdfs.diffuse_bsdf(lane).reflectance();
-            store(&mut shared.reflectance, lane, reflectance);
-            reflects.set(lane, reflectance.max_channel() > 0.0);
-        }
-        let matte = planted!("reuse-counts-black-pixels", matte, reflects);
+        let pixels = shared.first.set(block, at, bsdfs);
         shared.pixels = planted!(
             "reuse-judged-at-one-pixel",
-            if matte.has(0) {
+            if pixels.has(0) {
                 block.active
             } else {
                 ActiveLanes::NONE
             },
-            matte
+            pixels
         );
     }
 
@@ -165,22 +159,114 @@ impl<E: Effects> ReuseScratch<E> {
         at: &InteractionLanes<E>,
         bsdfs: &BsdfLanes<E>,
     ) {
-        for lane in bsdfs.diffuse_lanes(&block.active).each() {
-            let path = block.sample_index[lane] as usize;
-            let at: Interaction<E, LaneVec3> = at.get(lane);
-            let shared = &mut self.packets[path / LANES];
-            if !shared.pixels.has(path % LANES) || !at.is_flat() {
+        self.rough.clear();
+        let matte = bsdfs.diffuse_lanes(&block.active);
+        let rough = rough_lanes(bsdfs);
+        let active = block.active;
+        for lane in active.each() {
+            let is_matte = matte.has(lane);
+            if !(is_matte || rough.has(lane)) {
                 continue;
             }
-            let pixels = reuse.group_of(path % LANES);
+            let sample = block.sample_index[lane] as usize;
+            let path = sample % LANES;
+            let shared = &mut self.packets[sample / LANES];
+            // A delta lobe scatters paths of its own pixel alone.
+            if !shared.pixels.has(path) || block.prev_vertex(lane).is_none() {
+                continue;
+            }
+            let pixels = reuse.group_of(path);
             let pixels = pixels.and(|pixel| shared.pixels.has(pixel));
-            shared.take(
-                scene,
-                (path % LANES, pixels),
-                &at,
-                (lane, &mut *block),
-                &mut self.connections,
-            );
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let connections = &mut self.connections;
+            let Some(connected) = shared.connect(scene, (path, pixels), &at, connections) else {
+                continue;
+            };
+            let is_shared = match is_matte {
+                true => shared.take_matte((path, lane), block, connections),
+                false => {
+                    let second = shared.take_rough((sample, lane), block, &at, connections);
+                    let is_shared = second.is_some();
+                    self.rough.extend(second);
+                    is_shared
+                }
+            };
+            if is_shared {
+                shared.paths.set(path, true);
+                store(&mut shared.own, path, load::<Rgb>(&block.radiance, lane));
+                store(&mut block.radiance, lane, Rgb::BLACK);
+                block.count_shadow_rays(lane, connected);
+            }
+        }
+    }
+
+    /// Replaces the BSDF samples of the block at rough second surfaces, and the values of the BSDFs for the light samples of
+    /// the lanes `nee_lanes`, by those for all pixels.
+    pub(super) fn scatter_at_rough(
+        &mut self,
+        at: &InteractionLanes<E>,
+        bsdfs: &BsdfLanes<E>,
+        nee_lanes: &ActiveLanes<LANES>,
+        direct_light: &mut DirectLightLanes,
+        scattering: &mut ScatteringLanes,
+    ) {
+        let Some(stage) = bsdfs.principled.get() else {
+            return;
+        };
+        let seen = &mut self.seen;
+        for second in &self.rough {
+            let (lane, path) = (second.lane, second.sample % LANES);
+            let shared = &mut self.packets[second.sample / LANES];
+            seen.bsdfs = stage.bsdfs.repeated(lane);
+            seen.bsdfs.bind(&planted!(
+                "reuse-rough-seen-alike",
+                second.wo.map(|it| [it[path]; LANES]),
+                second.wo
+            ));
+            if let Some(at_rough) = shared.at_rough.get_mut()
+                && nee_lanes.has(lane)
+            {
+                let at: Interaction<E> = at.get(lane);
+                seen.evaluate(at.frame.to_local(load(&direct_light.samples.wi, lane)));
+                let sums = seen.sums(second);
+                let factors = &mut at_rough.factors[path];
+                let total = seen.factors(second, 1.0 / sums.density, factors);
+                let is_lit = is_positive(total.max_channel());
+                let f = if is_lit { Rgb::WHITE } else { Rgb::BLACK };
+                store(&mut direct_light.f, lane, f);
+                direct_light.pdf_bsdf[lane] = sums.pdf();
+                if !is_lit {
+                    *factors = [[0.0; LANES]; 3];
+                }
+            }
+            let wi: Vec3 = load(&scattering.wi, lane);
+            seen.evaluate(wi);
+            let sums = seen.sums(second);
+            let factors = &mut shared.factors[path];
+            let scale = wi.z.abs() / sums.density_with_pdf;
+            let throughput = seen.factors(second, scale, factors).max_channel();
+            let is_sampled = scattering.sampled.has(lane) && is_positive(throughput);
+            scattering.sampled.set(lane, is_sampled);
+            if is_sampled {
+                *factors = factors.map(|it| it.map(|factor| factor / throughput));
+                store(&mut scattering.weight, lane, throughput * Rgb::WHITE);
+                scattering.pdf[lane] = sums.pdf();
+            } else {
+                *factors = [[0.0; LANES]; 3];
+            }
+        }
+    }
+
+    /// Keeps the light that light sampling has found at the rough second surfaces of the block.
+    pub(super) fn keep_light_at_rough(&mut self, block: &mut PathBlock<E>) {
+        for second in &self.rough {
+            let shared = &mut self.packets[second.sample / LANES];
+            if let Some(at_rough) = shared.at_rough.get_mut() {
+                let light: Rgb = load(&block.radiance, second.lane);
+                store(&mut at_rough.light, second.sample % LANES, light);
+                at_rough.paths.set(second.sample % LANES, true);
+                store(&mut block.radiance, second.lane, Rgb::BLACK);
+            }
         }
     }
 
@@ -198,32 +284,36 @@ impl<E: Effects> ReuseScratch<E> {
                 let light: Rgb = load(&shared_light, path);
                 add(&shared.factors[path], light.into(), &mut samples.radiance);
             }
+            if let Some(at_rough) = shared.at_rough.get() {
+                for path in at_rough.paths.each() {
+                    let light: Rgb = load(&at_rough.light, path);
+                    let factors = &at_rough.factors[path];
+                    add(factors, light.into(), &mut samples.radiance);
+                }
+            }
         }
     }
 }
 
 impl<E: Effects> SharedPaths<E> {
-    /// Shares the second surface `at` of a path with these pixels, and begins its throughput anew.
-    fn take(
+    /// Connects these pixels to the second surface `at` of a path. Returns the number of shadow rays; `None` if the path's
+    /// own pixel cannot find it.
+    fn connect(
         &mut self,
         scene: &Scene,
         (path, pixels): (usize, ActiveLanes<LANES>),
         at: &Interaction<E, LaneVec3>,
-        (lane, block): (usize, &mut PathBlock<E>),
         connections: &mut Connections,
-    ) {
-        let second = SecondSurface {
-            point: at.surface_point(),
-            normal: at.exit_normal(false),
-        };
-        evaluate_connections::<E>(&pixels, &self.first, &self.reflectance, second, connections);
+    ) -> Option<u32> {
+        self.first.connect(scene, &pixels, at, connections);
         let Connections {
             density,
             factor,
             rays,
+            ..
         } = connections;
         if density[path] == 0.0 {
-            return;
+            return None;
         }
         let mut queried = pixels.and(|pixel| density[pixel] > 0.0);
         // The path's own segment is unoccluded, so that it needs no shadow ray.
@@ -233,77 +323,69 @@ impl<E: Effects> SharedPaths<E> {
             visible = scene.visibilities::<E>(&queried, rays);
         }
         visible[path] = 1.0;
-        let sum: f32 = (0..LANES)
-            .map(|pixel| {
-                planted!(
-                    "reuse-without-visibility",
-                    density[pixel],
-                    density[pixel] * visible[pixel]
-                )
-            })
-            .sum();
-        // The throughput is the albedo over the probability of survival.
-        let [beta, albedo] = [&block.beta, &self.reflectance];
-        let beta = load::<Rgb>(beta, lane).max_channel();
-        let albedo = load::<Rgb>(albedo, path).max_channel();
-        let scale = beta / (albedo * sum);
-        if !(scale.is_finite() && scale > 0.0) {
-            return;
+        for (pixel, visible) in visible.into_iter().enumerate() {
+            density[pixel] *= planted!("reuse-without-visibility", 1.0, visible);
+            let visible = load::<Rgb>(factor, pixel) * visible;
+            store(factor, pixel, visible);
         }
+        Some(queried.count() as u32)
+    }
+
+    /// Shares the matte second surface of a path with the pixels that are connected to it, and begins its throughput anew.
+    /// Returns whether that is possible.
+    fn take_matte(
+        &mut self,
+        (path, lane): (usize, usize),
+        block: &mut PathBlock<E>,
+        connections: &Connections,
+    ) -> bool {
+        let sum: f32 = connections.density.iter().sum();
+        let scale = connections.over_survival(path, load(&block.beta, lane)) / sum;
+        if !is_positive(scale) {
+            return false;
+        }
+        let mut factor = connections.factor;
         let mut total = Rgb::BLACK;
-        for (pixel, visible) in visible.iter().enumerate() {
-            let taken = load::<Rgb>(factor, pixel) * (scale * visible);
-            store(factor, pixel, taken);
+        for pixel in 0..LANES {
+            let taken = load::<Rgb>(&factor, pixel) * scale;
+            store(&mut factor, pixel, taken);
             total += taken;
         }
         let throughput = total.max_channel();
-        for (to, of) in self.factors[path].iter_mut().zip(&*factor) {
-            for (to, of) in to.iter_mut().zip(of) {
-                *to = of / throughput;
-            }
-        }
-        self.paths.set(path, true);
-        store(&mut self.own, path, load::<Rgb>(&block.radiance, lane));
-        store(&mut block.radiance, lane, Rgb::BLACK);
+        self.factors[path] = factor.map(|channel| channel.map(|factor| factor / throughput));
         store(&mut block.beta, lane, throughput * Rgb::WHITE);
-        block.count_shadow_rays(lane, queried.count() as u32);
+        true
+    }
+
+    /// Shares a rough second surface of a path as [`Self::take_matte`] does, but for the weights of its light: they depend on
+    /// the directions that are sampled there.
+    fn take_rough(
+        &self,
+        (sample, lane): (usize, usize),
+        block: &mut PathBlock<E>,
+        at: &Interaction<E, LaneVec3>,
+        connections: &Connections,
+    ) -> Option<RoughSecondSurface> {
+        let scale = connections.over_survival(sample % LANES, load(&block.beta, lane));
+        if !is_positive(scale) {
+            return None;
+        }
+        let mut second = RoughSecondSurface {
+            sample,
+            lane,
+            density: connections.density,
+            factor: connections.factor.map(|it| it.map(|factor| scale * factor)),
+            wo: [[0.0; LANES]; 3],
+        };
+        look_back::<E>(&self.first.at, at, &mut second.wo);
+        store(&mut block.beta, lane, Rgb::WHITE);
+        Some(second)
     }
 }
 
-vectorised! {
-    /// Evaluates the connections of the pixels to a second surface.
-    fn evaluate_connections<E: Effects>(
-        pixels: &ActiveLanes<LANES>,
-        first: &InteractionLanes<E>,
-        reflectance: &Lanes3,
-        second: SecondSurface,
-        connections: &mut Connections,
-    ) {
-        for lane in 0..LANES {
-            let at: Interaction<E, LaneVec3> = first.get(lane);
-            let to = second.point.p - at.p;
-            let distance2 = to.dot(to);
-            let wi = to * (1.0 / distance2.sqrt());
-            let bsdf = Diffuse::<LaneVec3>::new(load(reflectance, lane));
-            let [wo_local, wi_local] = [at.wo, wi].map(|w| at.frame.to_local(w));
-            let BsdfValue { f, pdf } = bsdf.eval(wo_local, wi_local);
-            let cos = -wi.dot(second.normal);
-            let area = cos / distance2;
-            let density = pdf.0 * planted!("reuse-without-cosine", 1.0 / distance2, area);
-            let reaches = pixels.has(lane)
-                & (cos > 0.0)
-                & at.is_consistent_side(wi, false)
-                & (density > 0.0)
-                & (density < f32::INFINITY);
-            connections.density[lane] = if reaches { density } else { 0.0 };
-            let factor = f * (wi_local.z().abs() * area);
-            let none = Rgb::<LaneVec3>::from([0.0; 3]);
-            store(&mut connections.factor, lane, if reaches { factor } else { none });
-            let ray = at.ray_to_surface(&second.point, wi, false);
-            connections.rays.set(lane, &ray);
-            connections.rays.time[lane] = 0.0;
-        }
-    }
+/// Whether a number is finite and above 0.
+fn is_positive(x: f32) -> bool {
+    x.is_finite() && x > 0.0
 }
 
 vectorised! {

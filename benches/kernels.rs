@@ -13,8 +13,7 @@ use etendue::internals::bsdf::{
 };
 use etendue::internals::effects::kernel::types::Everything;
 use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind};
-use etendue::internals::geometry::packed::PackedImage;
-use etendue::internals::geometry::texture::Texture;
+use etendue::internals::geometry::texture_image::TextureImage;
 use etendue::internals::image::Image;
 use etendue::internals::light::Light;
 use etendue::internals::light::rectangle::RectangleLight;
@@ -26,7 +25,6 @@ use etendue::internals::math::vec::{Vec2, Vec3};
 use etendue::internals::sampler::{Decision, Independent, Sampler, Sobol, Stratified};
 use etendue::internals::sampling::warp;
 use std::hint::black_box;
-use std::sync::Arc;
 
 fn samplers(c: &mut Criterion) {
     sampler(c, "independent", Independent::new(0));
@@ -139,28 +137,24 @@ fn scattering(c: &mut Criterion) {
     }
 }
 
-/// Times lookups all over an image too large for the inner caches, packed and unpacked.
+/// Times lookups all over images too large for the inner caches, of few values and of many.
 fn textures(c: &mut Criterion) {
     let (width, height) = (2048, 2048);
-    let pixels = (0..width * height)
-        .map(|i| Rgb::grey((i * 37 % 251) as f32 / 255.0))
-        .collect();
-    let image = Arc::new(Image::new(width, height, pixels));
-    let packed = PackedImage::new(&image);
-    let texture = Texture::Image { image, scale: 1.0 };
     let u = numbers(1 << 16);
     let mut group = c.benchmark_group("texture");
-    let mut bench = |name: &str, lookup: &dyn Fn(Vec2) -> Rgb| {
+    for (name, values) in [("251 values", 251), ("1009 values", 1009)] {
+        let pixels = (0..width * height)
+            .map(|i| Rgb::grey((i * 37 % values) as f32 / 255.0))
+            .collect();
+        let image = TextureImage::from(Image::new(width, height, pixels));
         let mut i = 0;
         group.bench_function(name, |b| {
             b.iter(|| {
                 i = (i + 1) % u.len();
-                lookup(black_box(Vec2::new(u[i][0], u[i][1])))
+                image.lookup(black_box(Vec2::new(u[i][0], u[i][1])))
             });
         });
-    };
-    bench("as read", &|uv| texture.lookup(uv));
-    bench("packed", &|uv| packed.lookup(uv));
+    }
 }
 
 fn filters(c: &mut Criterion) {

@@ -87,6 +87,7 @@ pub use film::error_bars::ErrorBars;
 pub use film::filter::FilterSampling;
 pub use film::{Doubt, ErrorEstimate, Film, Window};
 pub use geometry::texture::Texture;
+pub use geometry::texture_image::TextureImage;
 pub use image::metrics::rel_mse;
 pub use image::{
     ColourSpace, Image, Layer, LayeredImage, MAX_SIDE, MetadataValue, WriteOptions, write,

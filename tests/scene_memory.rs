@@ -135,7 +135,7 @@ fn panorama() -> SceneDescription {
     let colour = |i: u32| Rgb::new(i as f32, 1.0, 0.5);
     let image = Image::new(512, 512, (0..512 * 512).map(colour).collect());
     let radiance = ColourDescription::Texture(Arc::new(Texture::Image {
-        image: Arc::new(image),
+        image: Arc::new(image.into()),
         scale: 1.0,
     }));
     let mut scene = one(ball(0));

@@ -7,11 +7,11 @@
 pub mod disk;
 pub mod instance;
 pub mod mesh;
-pub mod packed;
 pub mod placed;
 pub mod sphere;
 pub mod surface;
 pub mod texture;
+pub mod texture_image;
 pub mod uv_map;
 pub mod world;
 

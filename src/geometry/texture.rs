@@ -4,11 +4,10 @@
 //! Range: any finite uv: the image repeats. For other uv the colour is unspecified and may not be finite.
 //! Source: bilinear interpolation between texel centres. Tested below.
 
+use super::texture_image::TextureImage;
 use super::uv_map::{UvMap, Wrap};
-use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
-use crate::planted::planted;
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -18,14 +17,14 @@ pub enum Texture {
     /// An image.
     Image {
         /// The texels, in linear values.
-        image: Arc<Image>,
+        image: Arc<TextureImage>,
         /// The factor of every value.
         scale: f32,
     },
     /// An image that does not simply repeat over [0, 1].
     Placed {
         /// The texels, in linear values.
-        image: Arc<Image>,
+        image: Arc<TextureImage>,
         /// The factor of every value, by channel.
         tint: Rgb,
         /// The place of the image on the surface.
@@ -51,19 +50,12 @@ impl Texture {
     #[inline]
     pub fn lookup_with(&self, uv: Vec2, decode: impl Fn(Rgb) -> Rgb) -> Rgb {
         match self {
-            Self::Image { image, scale } => {
-                let size = (image.width(), image.height());
-                *scale * bilinear(size, uv, |x, y| decode(image.get(x, y)))
-            }
+            Self::Image { image, scale } => *scale * image.lookup_with(uv, decode),
             Self::Placed {
                 image,
                 tint,
                 uv_map,
-            } => {
-                let size = (image.width(), image.height());
-                let uv = uv_map.apply(size, uv);
-                *tint * bilinear(size, uv, |x, y| decode(image.get(x, y)))
-            }
+            } => *tint * image.lookup_with(uv_map.apply(image.size(), uv), decode),
             Self::Checker { colours, repeat } => {
                 let field = uv * *repeat;
                 decode(colours[usize::from(is_odd(field.x) != is_odd(field.y))])
@@ -77,23 +69,20 @@ impl Texture {
     pub fn gradient(&self, uv: Vec2) -> Vec2 {
         match self {
             Self::Image { image, scale } => {
-                let size = (image.width(), image.height());
-                let texel = |x, y| image.get(x, y);
-                let at = |offset| bilinear(size, uv + offset, texel).luminance();
-                *scale * difference_quotients(size, at)
+                let at = |offset| image.lookup(uv + offset).luminance();
+                *scale * difference_quotients(image.size(), at)
             }
             Self::Placed {
                 image,
                 tint,
                 uv_map,
             } => {
-                let size = (image.width(), image.height());
                 let uv = uv_map.mapped(uv);
                 let at = |offset| {
-                    let uv = uv_map.wrapped(size, uv + offset);
-                    (*tint * bilinear(size, uv, |x, y| image.get(x, y))).luminance()
+                    let uv = uv_map.wrapped(image.size(), uv + offset);
+                    (*tint * image.lookup(uv)).luminance()
                 };
-                uv_map.pull_back(difference_quotients(size, at))
+                uv_map.pull_back(difference_quotients(image.size(), at))
             }
             Self::Checker { .. } => Vec2::ZERO,
         }
@@ -110,7 +99,7 @@ impl Texture {
 
     /// The mean over the image, or over both colours.
     pub fn mean(&self) -> Rgb {
-        let of_image = |image: &Image| Rgb::from(image.mean().map(|x| x as f32));
+        let of_image = |image: &TextureImage| Rgb::from(image.mean().map(|x| x as f32));
         match self {
             Self::Image { image, scale } => *scale * of_image(image),
             Self::Placed { image, tint, .. } => *tint * of_image(image),
@@ -120,13 +109,9 @@ impl Texture {
 
     /// The texture with a function of each of its values.
     pub fn map(&self, f: impl Fn(Rgb) -> Rgb) -> Self {
-        let of_image = |image: &Image, f: &dyn Fn(Rgb) -> Rgb| {
-            let pixels = image.pixels().iter().map(|&texel| f(texel)).collect();
-            Arc::new(Image::new(image.width(), image.height(), pixels))
-        };
         match self {
             Self::Image { image, scale } => Self::Image {
-                image: of_image(image, &|texel| f(*scale * texel)),
+                image: Arc::new(image.map(|texel| f(*scale * texel))),
                 scale: 1.0,
             },
             Self::Placed {
@@ -134,7 +119,7 @@ impl Texture {
                 tint,
                 uv_map,
             } => Self::Placed {
-                image: of_image(image, &|texel| f(*tint * texel)),
+                image: Arc::new(image.map(|texel| f(*tint * texel))),
                 tint: Rgb::WHITE,
                 uv_map: *uv_map,
             },
@@ -194,35 +179,20 @@ impl Texture {
 }
 
 /// The largest value of each channel.
-fn brightest(image: &Image) -> Rgb {
-    image.pixels().iter().copied().fold(Rgb::BLACK, larger)
+fn brightest(image: &TextureImage) -> Rgb {
+    image.texels().fold(Rgb::BLACK, larger)
 }
 
 /// The colour of every texel, if it is the same.
-fn only_colour(image: &Image) -> Option<Rgb> {
-    let (first, others) = image.pixels().split_first()?;
-    others.iter().all(|texel| texel == first).then_some(*first)
+fn only_colour(image: &TextureImage) -> Option<Rgb> {
+    let first = image.get(0, 0);
+    image.texels().all(|texel| texel == first).then_some(first)
 }
 
 /// The larger value in each channel.
 fn larger(a: Rgb, b: Rgb) -> Rgb {
     let (a, b) = (a.to_array(), b.to_array());
     Rgb::from([0, 1, 2].map(|i| a[i].max(b[i])))
-}
-
-/// The colour at `uv` of an image of this width and height, by bilinear interpolation of the nearest texels.
-#[inline]
-pub(super) fn bilinear(
-    (width, height): (u32, u32),
-    uv: Vec2,
-    texel: impl Fn(u32, u32) -> Rgb,
-) -> Rgb {
-    let (left, right, x) = neighbours(uv.x, width);
-    // Rows go down, v goes up.
-    let (above, below, y) = neighbours(-uv.y, height);
-    let top = texel(left, above).lerp(texel(right, above), x);
-    let bottom = texel(left, below).lerp(texel(right, below), x);
-    top.lerp(bottom, y)
 }
 
 /// The derivatives by u and v over one texel of an image of this width and height, of a function of the offset from the
@@ -238,20 +208,6 @@ fn difference_quotients((width, height): (u32, u32), at: impl Fn(Vec2) -> f32) -
         )
 }
 
-/// The two texels, of a repeating row of `count`, whose centres enclose `t`, and the interpolation weight of the
-/// second.
-#[inline]
-fn neighbours(t: f32, count: u32) -> (u32, u32, f32) {
-    // In [0, count], measured from the centre of the last texel of the previous period.
-    let position = (t - t.floor()) * count as f32 + planted!("half-a-texel", 0.0, 0.5);
-    let whole = position as u32;
-    let second = if whole >= count { whole - count } else { whole };
-    // Only a rounding error, or a `t` that is not finite, exceeds the range.
-    let second = second.min(count - 1);
-    let first = if second == 0 { count - 1 } else { second - 1 };
-    (first, second, position - whole as f32)
-}
-
 /// Whether the largest whole number not above `x` is odd.
 fn is_odd(x: f32) -> bool {
     let half = 0.5 * x.floor();
@@ -261,13 +217,14 @@ fn is_odd(x: f32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::image::Image;
     use proptest::prelude::*;
 
     /// Texels 0 1 2 / 3 4 5, the row of 0 on top.
     fn numbers() -> Texture {
         let pixels = (0..6_u8).map(|i| Rgb::grey(f32::from(i))).collect();
         Texture::Image {
-            image: Arc::new(Image::new(3, 2, pixels)),
+            image: Arc::new(Image::new(3, 2, pixels).into()),
             scale: 1.0,
         }
     }
@@ -320,7 +277,7 @@ mod tests {
             assert!(step.abs() < 0.1, "{step} at {i}");
         }
         let one = Texture::Image {
-            image: Arc::new(Image::filled(1, 1, Rgb::WHITE)),
+            image: Arc::new(Image::filled(1, 1, Rgb::WHITE).into()),
             scale: 2.0,
         };
         assert_eq!(one.gradient(Vec2::new(0.3, 0.4)), Vec2::ZERO);
@@ -406,7 +363,7 @@ mod tests {
     fn constant_textures_are_detected_and_return_their_colour() {
         let colour = Rgb::new(0.1, 0.7, 0.3);
         let image = Texture::Image {
-            image: Arc::new(Image::filled(5, 3, colour)),
+            image: Arc::new(Image::filled(5, 3, colour).into()),
             scale: 0.3,
         };
         let checker = Texture::Checker {

@@ -15,7 +15,7 @@
 //! Skrivan and Krivanek 2019, "MIS Compensation". Tested in `tests/lights/environment.rs`.
 
 use super::types::{EnvironmentSampling, LightSample, ShadowRayEnd};
-use crate::image::Image;
+use crate::geometry::texture_image::TextureImage;
 use crate::math::functions::{atan2, cos, hypot, sin, sin_cos};
 use crate::math::measure::PdfSolidAngle;
 use crate::math::rgb::Rgb;
@@ -28,7 +28,7 @@ use std::sync::Arc;
 /// A light at infinity that varies with direction.
 #[derive(Debug, Clone)]
 pub struct EnvironmentMap {
-    image: Arc<Image>,
+    image: Arc<TextureImage>,
     /// Multiplies every texel.
     scale: f32,
     to_world: DMat3,
@@ -51,7 +51,7 @@ struct Location {
 impl EnvironmentMap {
     /// Creates the light of a panorama whose axes the rotation `to_world` turns into those of the world; `None` if the
     /// image is black.
-    pub fn new(image: Arc<Image>, scale: f32, to_world: DMat3) -> Option<Self> {
+    pub fn new(image: Arc<TextureImage>, scale: f32, to_world: DMat3) -> Option<Self> {
         let (width, height) = (image.width() as usize, image.height() as usize);
         let luminance =
             |x: usize, y: usize| f64::from((scale * image.get(x as u32, y as u32)).luminance());

@@ -20,7 +20,7 @@
 use crate::bsdf::microfacet::Ggx;
 use crate::effects::Effect;
 use crate::geometry::texture::Texture;
-use crate::image::Image;
+use crate::geometry::texture_image::TextureImage;
 use crate::math::functions::sin;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
@@ -122,15 +122,7 @@ fn each_mesh(scene: &mut SceneDescription, mut change: impl FnMut(&mut MeshDescr
 /// Replaces a texture by its mean colour.
 fn flatten(colour: &mut ColourDescription) {
     if let ColourDescription::Texture(texture) = colour {
-        *colour = ColourDescription::Constant(mean(texture));
-    }
-}
-
-fn mean(texture: &Texture) -> Rgb {
-    match texture {
-        Texture::Image { image, scale } => *scale * weighted_mean(image, |_| 1.0),
-        Texture::Placed { image, tint, .. } => *tint * weighted_mean(image, |_| 1.0),
-        Texture::Checker { colours, .. } => 0.5 * (colours[0] + colours[1]),
+        *colour = ColourDescription::Constant(texture.mean());
     }
 }
 
@@ -146,7 +138,7 @@ fn flatten_panorama(radiance: &mut ColourDescription) {
 }
 
 /// The weighted mean of all pixels, with `weight` giving the weight of a row.
-fn weighted_mean(image: &Image, weight: impl Fn(u32) -> f64) -> Rgb {
+fn weighted_mean(image: &TextureImage, weight: impl Fn(u32) -> f64) -> Rgb {
     let mut sum = [0.0; 3];
     let mut weights = 0.0;
     for y in 0..image.height() {
@@ -194,7 +186,7 @@ fn flatten_map(material: &mut MaterialDescription) {
         ..
     } = &mut material.model
     {
-        let [_, rough, metal] = mean(&map).to_array();
+        let [_, rough, metal] = map.mean().to_array();
         *roughness *= rough;
         *metallic *= metal;
     }
@@ -203,7 +195,7 @@ fn flatten_map(material: &mut MaterialDescription) {
 /// Makes the lobes of this kind scatter nothing; diffuse lobes remain.
 fn absorb(material: &mut MaterialDescription, effect: Effect) {
     let map = material.metallic_roughness_map.as_deref();
-    let metal = map.map_or(1.0, |map| mean(map).to_array()[2]);
+    let metal = map.map_or(1.0, |map| map.mean().to_array()[2]);
     // The opaque lobes of mapped surfaces are rough everywhere; their glass may be smooth.
     let is_mapped = map.is_some();
     let black = ColourDescription::Constant(Rgb::BLACK);

@@ -53,7 +53,7 @@ mod tests {
     /// Heights that rise along u from 0 to 1 over two texels.
     fn ramp() -> Arc<Texture> {
         let heights = [0.0, 0.0, 0.5, 1.0, 1.0, 1.0].map(Rgb::grey);
-        let image = Arc::new(Image::new(6, 1, heights.to_vec()));
+        let image = Arc::new(Image::new(6, 1, heights.to_vec()).into());
         Arc::new(Texture::Image { image, scale: 1.0 })
     }
 
@@ -110,7 +110,7 @@ mod tests {
             repeat: Vec2::ONE,
         };
         let constant = Texture::Image {
-            image: Arc::new(Image::filled(4, 4, Rgb::grey(0.3))),
+            image: Arc::new(Image::filled(4, 4, Rgb::grey(0.3)).into()),
             scale: 1.0,
         };
         let map = |texture: Arc<Texture>, height| {

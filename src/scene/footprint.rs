@@ -113,7 +113,7 @@ fn of_panoramas(description: &SceneDescription) -> u64 {
             ..
         } => match texture.as_ref() {
             Texture::Image { image, .. } | Texture::Placed { image, .. } => {
-                image.pixels().len() as u64
+                image.texel_count() as u64
             }
             Texture::Checker { .. } => 0,
         },

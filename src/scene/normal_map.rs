@@ -113,7 +113,7 @@ mod tests {
     fn gentle_normal_map_tilts_without_steps() {
         // From the code of no tilt to the next, as an image of two texels.
         let texels = [128.0, 129.0].map(|code: f64| Rgb::new((code / 255.0) as f32, 0.5, 1.0));
-        let image = Arc::new(crate::image::Image::new(2, 1, texels.to_vec()));
+        let image = Arc::new(crate::image::Image::new(2, 1, texels.to_vec()).into());
         let texture = Arc::new(Texture::Image { image, scale: 1.0 });
         let map = NormalMapDescription {
             texture,

@@ -24,7 +24,6 @@ use super::{PreparedCache, Scene};
 use crate::accel::{Accel, AccelOptions};
 use crate::camera::{Camera, CameraParameters};
 use crate::error::Result;
-use crate::geometry::packed::PackedImages;
 use crate::geometry::world::World;
 use crate::math::vec::DAffine3;
 use std::sync::Arc;
@@ -62,11 +61,10 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         (normalisation, radius)
     };
 
-    let mut packed = PackedImages::default();
     let materials = description.materials.iter();
     let unit = normalisation.length(1.0);
     let materials: Vec<Material> = materials
-        .map(|material| Material::new(material, unit).packed(&mut packed))
+        .map(|material| Material::new(material, unit))
         .collect();
     let (roots, still) = build_geometry(&layout.shapes, &roots, description, &normalisation)?;
     let mut cache = PreparedCache {

@@ -156,7 +156,7 @@ impl Generator {
         }
         if index % 3 == 2 && material.normal_map.take().is_some() {
             let heights = [0.2, 0.7, 0.4, 0.9].map(Rgb::grey);
-            let image = Arc::new(Image::new(2, 2, heights.to_vec()));
+            let image = Arc::new(Image::new(2, 2, heights.to_vec()).into());
             material.bump_map = Some(BumpMapDescription {
                 texture: Arc::new(Texture::Image { image, scale: 1.0 }),
                 height: 0.05,

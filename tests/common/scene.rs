@@ -126,7 +126,7 @@ pub fn panorama() -> Texture {
         i => Rgb::new(0.1, 0.2, 0.01 * f32::from(i)),
     };
     Texture::Image {
-        image: Arc::new(Image::new(8, 4, (0..32).map(pixel).collect())),
+        image: Arc::new(Image::new(8, 4, (0..32).map(pixel).collect()).into()),
         scale: 0.5,
     }
 }

@@ -41,7 +41,8 @@ fn turned(
 ) -> Option<EnvironmentMap> {
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let pixels = pixels.map(|(x, y)| Rgb::grey(texel(x, y))).collect();
-    EnvironmentMap::new(Arc::new(Image::new(width, height, pixels)), 1.0, to_world)
+    let image = Image::new(width, height, pixels);
+    EnvironmentMap::new(Arc::new(image.into()), 1.0, to_world)
 }
 
 /// A map of random texels, a third of them black, and one very bright.
@@ -355,7 +356,7 @@ fn picture_of(width: u32, height: u32, texel: impl Fn(u32, u32) -> f32) -> Textu
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let pixels = pixels.map(|(x, y)| Rgb::grey(texel(x, y))).collect();
     Texture::Image {
-        image: Arc::new(Image::new(width, height, pixels)),
+        image: Arc::new(Image::new(width, height, pixels).into()),
         scale: 2.0,
     }
 }

@@ -163,7 +163,7 @@ fn grey(value: f32) -> ColourDescription {
 #[test]
 fn invalid_material_models_are_rejected_naming_the_field() {
     let bright = Texture::Image {
-        image: Arc::new(Image::filled(2, 2, Rgb::WHITE)),
+        image: Arc::new(Image::filled(2, 2, Rgb::WHITE).into()),
         scale: 1.5,
     };
     let models = [
@@ -321,7 +321,7 @@ fn rejected_shapes_and_lights_are_not_added_to_the_scene() {
     assert_eq!(scene.shapes.len(), shapes);
     assert_eq!(scene.add_shape(ball(1.0)).expect("valid"), shapes);
     let panorama = || {
-        let image = Arc::new(Image::filled(2, 1, Rgb::WHITE));
+        let image = Arc::new(Image::filled(2, 1, Rgb::WHITE).into());
         let texture = Texture::Image { image, scale: 1.0 };
         LightDescription {
             place: Place::default(),

@@ -124,7 +124,7 @@ fn saved_generated_scenes_reload_and_render_bit_identically() {
         let mut scene = generator.scene(wanted);
         let image = Image::new(2, 1, vec![Rgb::new(0.1, 0.2, 0.3), Rgb::grey(1.0 / 3.0)]);
         let texture = Texture::Placed {
-            image: Arc::new(image),
+            image: Arc::new(image.into()),
             tint: Rgb::new(0.9, 0.1, 0.7),
             uv_map: UvMap {
                 rows: [[0.1, 0.2, 0.3], [-0.4, 1.0 / 3.0, 7.0]],

@@ -187,7 +187,7 @@ fn no_op_scene_features_require_no_effects() {
         repeat: Vec2::ONE,
     }));
     let white = ColourDescription::Texture(Arc::new(Texture::Image {
-        image: Arc::new(Image::filled(2, 2, Rgb::WHITE)),
+        image: Arc::new(Image::filled(2, 2, Rgb::WHITE).into()),
         scale: 1.0,
     }));
     scene.materials[0].model = MaterialModel::Diffuse {

@@ -464,7 +464,7 @@ fn normal_map_shading_matches_closed_forms() {
 fn bump_map_shading_matches_closed_forms() {
     const HEIGHT: f32 = 0.4;
     let values = [0.0, 0.25, 0.75, 1.0].map(Rgb::grey);
-    let image = Arc::new(Image::new(4, 1, values.to_vec()));
+    let image = Arc::new(Image::new(4, 1, values.to_vec()).into());
     let heights = Arc::new(Texture::Image { image, scale: 1.0 });
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     for unit in [1.0, 1e-3] {

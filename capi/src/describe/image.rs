@@ -58,7 +58,7 @@ pub unsafe fn texture(pointer: *const EtdImage) -> Result<Arc<Texture>, Failure>
     let mut colours = room(pixels.len(), "rgb")?;
     colours.extend(pixels.into_iter().map(Rgb::from));
     Ok(Arc::new(Texture::Image {
-        image: Arc::new(Image::new(image.width, image.height, colours)),
+        image: Arc::new(Image::new(image.width, image.height, colours).into()),
         scale: or_default(image.scale, 1.0),
     }))
 }

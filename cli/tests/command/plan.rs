@@ -159,7 +159,7 @@ fn removing_an_effect_disables_it_in_the_plan() {
     };
     write(
         &folder.path("picture.pfm"),
-        &image,
+        &image.to_image(),
         &WriteOptions::default(),
     )
     .expect("it is writable");
@@ -321,7 +321,7 @@ fn environment_map_is_replaced_by_its_mean_over_the_sphere() {
     });
     let image = Image::new(2 * rows, rows, texels.collect());
     let texture = Texture::Image {
-        image: Arc::new(image),
+        image: Arc::new(image.into()),
         scale: 2.0,
     };
     let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));

@@ -169,7 +169,7 @@ fn lit_floors() -> Vec<(&'static str, SceneDescription, f64)> {
         cone: 0.4,
         penumbra: 0.1,
     };
-    let image = Arc::new(Image::new(8, 4, vec![Rgb::grey(0.75); 32]));
+    let image = Arc::new(Image::new(8, 4, vec![Rgb::grey(0.75); 32]).into());
     let panorama = LightModel::Environment {
         radiance: ColourDescription::Texture(Arc::new(Texture::Image { image, scale: 2.0 })),
         to_world: DMat3::from_rotation_y(1.0),

@@ -304,13 +304,13 @@ fn panoramas() -> Vec<Case> {
         let claim = Claim::mean(1e6 * bright_texel(row, width, height), 1e-3);
         Case::new(32, name, claim, move |trial| {
             let texel = |x, y| if (x, y) == (1000, row) { 1e6 } else { 0.0 };
-            let image = Arc::new(picture_of(width, height, texel));
+            let image = Arc::new(picture_of(width, height, texel).into());
             let map = EnvironmentMap::new(image, 1.0, DMat3::IDENTITY);
             Ok(map.map_or(vec![], |map| integrals(trial, &map)))
         })
     });
     let sky = |value: f32| {
-        let image = Arc::new(picture_of(8, 4, |_, _| value));
+        let image = Arc::new(picture_of(8, 4, |_, _| value).into());
         let radiance = ColourDescription::Texture(Arc::new(Texture::Image { image, scale: 2.0 }));
         let to_world = DMat3::from_rotation_z(0.2) * DMat3::from_rotation_y(1.0);
         floor(3.0, [LightModel::Environment { radiance, to_world }])

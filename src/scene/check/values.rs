@@ -38,13 +38,13 @@ pub fn colour(colour: &ColourDescription, most: f32, field: impl Fn() -> String)
         ColourDescription::Constant(colour) => is_within(*colour),
         ColourDescription::Texture(texture) => match texture.as_ref() {
             Texture::Image { image, scale } => {
-                image.pixels().iter().all(|&p| is_within(*scale * p))
+                image.texels().all(|texel| is_within(*scale * texel))
             }
             Texture::Placed {
                 image,
                 tint,
                 uv_map,
-            } => uv_map.is_finite() && image.pixels().iter().all(|&p| is_within(*tint * p)),
+            } => uv_map.is_finite() && image.texels().all(|texel| is_within(*tint * texel)),
             Texture::Checker { colours, repeat } => {
                 repeat.is_finite() && colours.iter().all(|&c| is_within(c))
             }

@@ -8,6 +8,7 @@ use super::reader::{Table, Value};
 use super::wording::shown;
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
+use crate::geometry::texture_image::TextureImage;
 use crate::geometry::uv_map::{UvMap, Wrap};
 use crate::image::{ColourSpace, Image, srgb};
 use crate::math::rgb::Rgb;
@@ -30,9 +31,9 @@ pub enum Bound {
 /// A cache of textures, so that each file is read once.
 #[derive(Debug, Default)]
 pub struct TextureCache {
-    images: HashMap<(PathBuf, ColourSpace), Arc<Image>>,
+    images: HashMap<(PathBuf, ColourSpace), Arc<TextureImage>>,
     /// The alpha channels of images that have one and are not opaque.
-    alphas: HashMap<PathBuf, Option<Arc<Image>>>,
+    alphas: HashMap<PathBuf, Option<Arc<TextureImage>>>,
 }
 
 impl TextureCache {
@@ -44,7 +45,10 @@ impl TextureCache {
         let key = (path.to_path_buf(), space);
         let image = match self.images.entry(key) {
             Entry::Occupied(known) => Arc::clone(known.get()),
-            Entry::Vacant(place) => Arc::clone(place.insert(Arc::new(Image::read(path, space)?))),
+            Entry::Vacant(place) => {
+                let image = TextureImage::from(Image::read(path, space)?);
+                Arc::clone(place.insert(Arc::new(image)))
+            }
         };
         Ok(Texture::Image { image, scale })
     }
@@ -56,7 +60,10 @@ impl TextureCache {
     pub fn read_alpha(&mut self, path: &Path, scale: f32) -> Result<Option<Texture>> {
         let alpha = match self.alphas.entry(path.to_path_buf()) {
             Entry::Occupied(known) => known.get().clone(),
-            Entry::Vacant(place) => place.insert(Image::read_alpha(path)?.map(Arc::new)).clone(),
+            Entry::Vacant(place) => {
+                let alpha = Image::read_alpha(path)?.map(TextureImage::from);
+                place.insert(alpha.map(Arc::new)).clone()
+            }
         };
         Ok(alpha.map(|image| Texture::Image { image, scale }))
     }
@@ -280,14 +287,11 @@ fn no_colour(texture: &Texture) -> Option<String> {
         Texture::Placed { image, tint, .. } => (image, *tint),
         Texture::Checker { .. } => return None,
     };
-    let bad =
-        |texel: &Rgb| texel.to_array().iter().any(|x| *x < 0.0) || !(scale * *texel).is_finite();
-    let index = image.pixels().iter().position(bad)?;
-    let (x, y) = (
-        index % image.width() as usize,
-        index / image.width() as usize,
-    );
-    let texel = image.pixels()[index].to_array();
+    let is_bad =
+        |texel: Rgb| texel.to_array().iter().any(|x| *x < 0.0) || !(scale * texel).is_finite();
+    let index = image.texels().position(is_bad)? as u32;
+    let (x, y) = (index % image.width(), index / image.width());
+    let texel = image.get(x, y).to_array();
     let expected = if texel.iter().any(|x| *x < 0.0) {
         "expected no values below 0".to_owned()
     } else {

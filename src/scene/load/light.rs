@@ -10,7 +10,6 @@ use super::transform::transform;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::geometry::uv_map::UvMap;
-use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_rotation;
 use crate::math::vec::{DMat3, DVec3};
@@ -186,10 +185,8 @@ fn radiance(
             tint,
             uv_map,
         } if *uv_map == UvMap::default() => {
-            let pixels = image.pixels().iter().map(|&pixel| *tint * pixel);
-            let image = Image::new(image.width(), image.height(), pixels.collect());
             let texture = Texture::Image {
-                image: Arc::new(image),
+                image: Arc::new(image.map(|texel| *tint * texel)),
                 scale: 1.0,
             };
             Ok(ColourDescription::Texture(Arc::new(texture)))

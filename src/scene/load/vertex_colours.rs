@@ -83,7 +83,7 @@ pub fn to_texture(mesh: &mut MeshDescription, colours: &[Rgb]) -> Result<ColourD
     mesh.indices = (0..count as u32)
         .map(|i| [3 * i, 3 * i + 1, 3 * i + 2])
         .collect();
-    let image = Arc::new(Image::new(width as u32, height as u32, texels));
+    let image = Arc::new(Image::new(width as u32, height as u32, texels).into());
     let scale = 1.0;
     Ok(ColourDescription::Texture(Arc::new(Texture::Image {
         image,
@@ -196,8 +196,7 @@ mod tests {
         };
         assert!(
             image
-                .pixels()
-                .iter()
+                .texels()
                 .all(|c| c.to_array().iter().all(|x| *x >= 0.0))
         );
     }

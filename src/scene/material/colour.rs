@@ -5,9 +5,7 @@
 //! Source: none needed. Tested in `tests/scattering/materials.rs`.
 
 use super::super::description::ColourDescription;
-use crate::geometry::packed::{PackedImage, PackedImages};
 use crate::geometry::texture::Texture;
-use crate::geometry::uv_map::UvMap;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use std::sync::Arc;
@@ -17,10 +15,6 @@ use std::sync::Arc;
 pub(super) enum Colour {
     Constant(Rgb),
     Texture(Arc<Texture>),
-    /// A packed image and its scale.
-    Packed(Arc<PackedImage>, f32),
-    /// A packed image, its tint and its place.
-    PackedPlaced(Arc<PackedImage>, Rgb, UvMap),
 }
 
 impl Colour {
@@ -31,20 +25,6 @@ impl Colour {
             (ColourDescription::Constant(colour), None) => Self::Constant(*colour),
             (ColourDescription::Texture(texture), None) => Self::Texture(Arc::clone(texture)),
         }
-    }
-
-    /// Replaces an image texture by a packed one, for faster lookups.
-    pub(super) fn pack(&mut self, images: &mut PackedImages) {
-        let Self::Texture(texture) = self else { return };
-        *self = match texture.as_ref() {
-            Texture::Image { image, scale } => Self::Packed(images.pack(image), *scale),
-            Texture::Placed {
-                image,
-                tint,
-                uv_map,
-            } => Self::PackedPlaced(images.pack(image), *tint, *uv_map),
-            Texture::Checker { .. } => return,
-        };
     }
 
     /// Whether it may vary.
@@ -58,10 +38,6 @@ impl Colour {
         match self {
             Self::Constant(colour) => *colour,
             Self::Texture(texture) => texture.lookup(uv),
-            Self::Packed(image, scale) => *scale * image.lookup(uv),
-            Self::PackedPlaced(image, tint, uv_map) => {
-                *tint * image.lookup(uv_map.apply(image.size(), uv))
-            }
         }
     }
 }

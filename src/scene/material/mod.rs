@@ -14,7 +14,6 @@ use crate::bsdf::Bsdf;
 use crate::bsdf::albedo::RowPlace;
 use crate::bsdf::principled::lanes::RoughBsdf;
 use crate::effects::{Effect, EffectSet, Effects, Switch, beyond_kernel};
-use crate::geometry::packed::PackedImages;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use colour::Colour;
@@ -51,15 +50,6 @@ impl Material {
             alpha_cutoff: description.alpha_cutoff,
             detail: SurfaceDetail::new(description, unit),
         }
-    }
-
-    /// Returns the material with packed images, for faster lookups.
-    pub fn packed(mut self, images: &mut PackedImages) -> Self {
-        let colours = self.bsdf.colours_mut().into_iter().flatten();
-        for colour in colours.chain(&mut self.alpha) {
-            colour.pack(images);
-        }
-        self
     }
 
     /// The reflectance at a texture coordinate, if the BSDF is diffuse.

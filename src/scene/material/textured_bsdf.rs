@@ -185,22 +185,6 @@ impl TexturedBsdf {
         }
     }
 
-    /// Returns the colours that may be textured.
-    pub(super) fn colours_mut(&mut self) -> [Option<&mut Colour>; 2] {
-        match self {
-            Self::Uniform(_) => [None, None],
-            Self::PrincipledMapped(_, colour, map) => [Some(colour), Some(map)],
-            Self::Diffuse(colour)
-            | Self::Mirror(colour)
-            | Self::Dielectric(_, colour)
-            | Self::Principled(_, colour) => [Some(colour), None],
-            Self::Phong {
-                diffuse, specular, ..
-            } => [Some(diffuse), Some(specular)],
-            Self::Coated(base, _) => base.colours_mut(),
-        }
-    }
-
     /// Whether all lobes are deltas, see [`Bsdf::is_delta`]. Textures do not change it.
     #[inline]
     pub(super) fn is_delta<E: Effects>(&self) -> bool {

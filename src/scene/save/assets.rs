@@ -7,8 +7,9 @@
 
 use super::ply;
 use crate::error::{Error, Result};
+use crate::geometry::texture_image::TextureImage;
 use crate::image::atomic::write_atomically;
-use crate::image::{self, ColourSpace, Image, WriteOptions};
+use crate::image::{self, ColourSpace, WriteOptions};
 use crate::scene::description::MeshDescription;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -25,7 +26,7 @@ pub struct Assets {
     files: Vec<String>,
     // The values keep what the keys point to alive, so that no address is taken twice.
     meshes: HashMap<*const MeshDescription, (String, Arc<MeshDescription>)>,
-    images: HashMap<*const Image, (ImageFile, Arc<Image>)>,
+    images: HashMap<*const TextureImage, (ImageFile, Arc<TextureImage>)>,
 }
 
 /// An image file: its path from the scene file, and the encoding of its values.
@@ -84,10 +85,11 @@ impl Assets {
     ///
     /// # Errors
     /// If it cannot be written.
-    pub fn image(&mut self, image: &Arc<Image>) -> Result<ImageFile> {
-        if let Some((known, _)) = self.images.get(&Arc::as_ptr(image)) {
+    pub fn image(&mut self, texture: &Arc<TextureImage>) -> Result<ImageFile> {
+        if let Some((known, _)) = self.images.get(&Arc::as_ptr(texture)) {
             return Ok(known.clone());
         }
+        let image = &texture.to_image();
         let stem = format!("image-{}", self.images.len() + 1);
         let encoded = [ColourSpace::Srgb, ColourSpace::Linear]
             .into_iter()
@@ -106,8 +108,8 @@ impl Assets {
                 ImageFile { path, space }
             }
         };
-        let entry = (written.clone(), Arc::clone(image));
-        self.images.insert(Arc::as_ptr(image), entry);
+        let entry = (written.clone(), Arc::clone(texture));
+        self.images.insert(Arc::as_ptr(texture), entry);
         Ok(written)
     }
 

@@ -8,8 +8,9 @@ use super::assets::Assets;
 use super::text::{list, rgb, single, string};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
+use crate::geometry::texture_image::TextureImage;
 use crate::geometry::uv_map::Wrap;
-use crate::image::{ColourSpace, Image};
+use crate::image::ColourSpace;
 use crate::math::rgb::Rgb;
 use crate::scene::description::ColourDescription;
 use std::sync::Arc;
@@ -74,7 +75,7 @@ pub fn keys(texture: &Texture, assets: &mut Assets) -> Result<String> {
     })
 }
 
-fn image_keys(image: &Arc<Image>, assets: &mut Assets) -> Result<String> {
+fn image_keys(image: &Arc<TextureImage>, assets: &mut Assets) -> Result<String> {
     let file = assets.image(image)?;
     let space = match file.space {
         ColourSpace::Srgb => "srgb",

@@ -7,6 +7,7 @@
 use super::buffers::Asset;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
+use crate::geometry::texture_image::TextureImage;
 use crate::geometry::uv_map::{UvMap, Wrap};
 use crate::image::{ColourSpace, Image};
 use crate::math::functions::sin_cos;
@@ -133,7 +134,7 @@ fn rows([x, y]: [f32; 2], rotation: f32, [scale_u, scale_v]: [f32; 2]) -> [[f32;
 /// The images read so far.
 #[derive(Debug, Default)]
 pub struct ImageCache {
-    known: HashMap<(usize, ImageUse), Option<Arc<Image>>>,
+    known: HashMap<(usize, ImageUse), Option<Arc<TextureImage>>>,
 }
 
 impl ImageCache {
@@ -174,7 +175,7 @@ impl ImageCache {
         asset: &Asset<'_>,
         reference: &TextureReference,
         channels: ImageUse,
-    ) -> Result<Option<Arc<Image>>> {
+    ) -> Result<Option<Arc<TextureImage>>> {
         let Some(index) = reference.image else {
             return Ok(None);
         };
@@ -191,6 +192,7 @@ impl ImageCache {
                     }
                 };
                 let image = read().map_err(|error| asset.within(error, &field))?;
+                let image = image.map(TextureImage::from);
                 Ok(place.insert(image.map(Arc::new)).clone())
             }
         }

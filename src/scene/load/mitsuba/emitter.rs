@@ -12,6 +12,7 @@ use super::spectra::ColourMeaning;
 use super::texture;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
+use crate::geometry::texture_image::TextureImage;
 use crate::image::{ColourSpace, Image};
 use crate::math::rgb::Rgb;
 use crate::math::transform::is_rotation;
@@ -185,9 +186,8 @@ fn orthonormal(axes: DMat3) -> DMat3 {
 }
 
 /// Returns the image with left and right exchanged.
-fn mirrored(image: &Image) -> Image {
-    let width = image.width();
-    let rows = image.pixels().chunks(width as usize);
-    let pixels = rows.flat_map(|row| row.iter().rev().copied()).collect();
-    Image::new(width, image.height(), pixels)
+fn mirrored(image: &TextureImage) -> TextureImage {
+    let (width, height) = image.size();
+    let row = |y| (0..width).rev().map(move |x| image.get(x, y));
+    Image::new(width, height, (0..height).flat_map(row).collect()).into()
 }

@@ -14,8 +14,9 @@ use super::object::{Value, XmlObject};
 use super::spectra::{ColourMeaning, Spectral};
 use crate::error::Result;
 use crate::geometry::texture::Texture;
+use crate::geometry::texture_image::TextureImage;
 use crate::geometry::uv_map::Wrap;
-use crate::image::{ColourSpace, Image};
+use crate::image::ColourSpace;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine2, DMat2, DVec2, Vec2};
 use crate::scene::description::{ColourDescription, NoteKind};
@@ -107,15 +108,17 @@ fn colour_of(nested: &XmlObject, kind: ColourMeaning, contents: &mut SceneConten
 }
 
 /// The image with 0 in place of values below it, and a note if there are any.
-pub fn from_zero(image: Arc<Image>, of: &XmlObject, contents: &mut SceneContents) -> Arc<Image> {
-    let is_below = |pixel: &Rgb| pixel.to_array().iter().any(|x| *x < 0.0);
-    if !image.pixels().iter().any(is_below) {
+pub fn from_zero(
+    image: Arc<TextureImage>,
+    of: &XmlObject,
+    contents: &mut SceneContents,
+) -> Arc<TextureImage> {
+    let is_below = |texel: Rgb| texel.to_array().iter().any(|x| *x < 0.0);
+    if !image.texels().any(is_below) {
         return image;
     }
     contents.note(of.note(NoteKind::Approximation, "values below 0 are taken as 0"));
-    let raised = |pixel: &Rgb| pixel.map(|x| if x < 0.0 { 0.0 } else { x });
-    let pixels = image.pixels().iter().map(raised).collect();
-    Arc::new(Image::new(image.width(), image.height(), pixels))
+    Arc::new(image.map(|texel| texel.map(|x| if x < 0.0 { 0.0 } else { x })))
 }
 
 fn bitmap(
@@ -154,7 +157,7 @@ fn bitmap(
         return Err(texture.error("expected an image"));
     };
     let image = from_zero(image, texture, contents);
-    if let Some(texel) = image.pixels().iter().find(|p| !p.is_finite()) {
+    if let Some(texel) = image.texels().find(|texel| !texel.is_finite()) {
         let why = format!("expected finite pixels, found {:?}", texel.to_array());
         return Err(texture.error(&why));
     }

@@ -19,7 +19,7 @@
 use super::{BUMPS, MtlMaterial};
 use crate::error::{Error, Result};
 use crate::geometry::texture::Texture;
-use crate::image::{ColourSpace, Image};
+use crate::image::ColourSpace;
 use crate::math::rgb::Rgb;
 use crate::scene::description::{
     ClearCoatDescription, ColourDescription, MaterialDescription, MaterialModel,
@@ -218,14 +218,10 @@ fn multiplied(texture: Texture, factor: Rgb) -> Texture {
             image,
             scale: scale * grey,
         },
-        Texture::Image { image, scale } => {
-            let pixels = image.pixels().iter().map(|&texel| factor * texel);
-            let image = Image::new(image.width(), image.height(), pixels.collect());
-            Texture::Image {
-                image: Arc::new(image),
-                scale,
-            }
-        }
+        Texture::Image { image, scale } => Texture::Image {
+            image: Arc::new(image.map(|texel| factor * texel)),
+            scale,
+        },
         Texture::Placed {
             image,
             tint,

@@ -85,8 +85,10 @@ impl Builder {
             Error::scene("expected WorldBegin, found the end of the file").in_file(path)
         })?;
         if let Some(image) = panorama(&self.panoramas)? {
-            let image = Arc::new(image);
-            let texture = Texture::Image { image, scale: 1.0 };
+            let texture = Texture::Image {
+                image: Arc::new(image.into()),
+                scale: 1.0,
+            };
             let radiance = ColourDescription::Texture(Arc::new(texture));
             self.lights.push(LightDescription {
                 place: self.panorama_place,

@@ -8,6 +8,7 @@
 //! `tests/loading/pbrt/`.
 
 use crate::error::Result;
+use crate::geometry::texture_image::TextureImage;
 use crate::image::Image;
 use crate::math::functions::{atan2, cos, sin, sin_cos};
 use crate::math::rgb::Rgb;
@@ -28,7 +29,7 @@ const MIN_LOOKUPS: u32 = 2;
 /// An octahedral map, and where it is in the world.
 #[derive(Debug)]
 pub struct Panorama {
-    map: Arc<Image>,
+    map: Arc<TextureImage>,
     scale: f64,
     from_world: DMat3,
 }
@@ -37,7 +38,7 @@ impl Panorama {
     /// A map whose axes `to_world` turns into those of the world, times a scale. If `illuminance` is given, the map is
     /// scaled so that a surface that faces its +z has that irradiance before `scale`. `None` if a value is not finite.
     pub fn new(
-        map: Arc<Image>,
+        map: Arc<TextureImage>,
         scale: f64,
         to_world: DMat3,
         illuminance: Option<f64>,
@@ -45,9 +46,8 @@ impl Panorama {
         let factor = illuminance.map_or(1.0, |wanted| wanted / upward_illuminance(&map));
         let scale = scale * factor;
         let brightest = map
-            .pixels()
-            .iter()
-            .fold(0.0, |most: f32, pixel| most.max(pixel.max_channel()));
+            .texels()
+            .fold(0.0, |most: f32, texel| most.max(texel.max_channel()));
         let is_fine =
             ((f64::from(brightest) * scale) as f32).is_finite() && is_invertible(&to_world);
         is_fine.then(|| Self {
@@ -116,7 +116,7 @@ pub fn panorama(maps: &[Panorama]) -> Result<Option<Image>> {
 }
 
 /// The illuminance of a surface that faces +z, by the map's luminance.
-fn upward_illuminance(map: &Image) -> f64 {
+fn upward_illuminance(map: &TextureImage) -> f64 {
     let (width, height) = (map.width(), map.height());
     let mut sum = 0.0;
     for y in 0..height {
@@ -170,7 +170,7 @@ fn square(direction: DVec3) -> DVec2 {
 
 /// The colour at a point of the unit square, between the centres of texels. Beyond an edge the map continues mirrored at
 /// the edge's middle.
-fn bilinear(map: &Image, point: DVec2) -> Rgb {
+fn bilinear(map: &TextureImage, point: DVec2) -> Rgb {
     let side = i64::from(map.width());
     let position = point * side as f64 - DVec2::splat(0.5);
     let corner = position.floor();
@@ -229,13 +229,13 @@ mod tests {
     }
 
     /// A map of radiance 1 + x/2 + y/4 + z/8.
-    fn tilted(side: u32) -> Image {
+    fn tilted(side: u32) -> TextureImage {
         let at = |i: u32| (f64::from(i) + 0.5) / f64::from(side);
         let pixel = |index: u32| {
             let d = sphere(DVec2::new(at(index % side), at(index / side)));
             Rgb::grey((1.0 + 0.5 * d.x + 0.25 * d.y + 0.125 * d.z) as f32)
         };
-        Image::new(side, side, (0..side * side).map(pixel).collect())
+        Image::new(side, side, (0..side * side).map(pixel).collect()).into()
     }
 
     #[test]
@@ -274,9 +274,10 @@ mod tests {
             Rgb::grey(((index * 7919 + 13) * index % 1009) as f32 / 504.5)
         };
         let map = Image::new(side, side, (0..side * side).map(pixel).collect());
+        let map = Arc::new(TextureImage::from(map));
         let expected = map.mean()[0];
         let place = || {
-            let placed = Panorama::new(Arc::new(map.clone()), 1.0, DMat3::IDENTITY, None);
+            let placed = Panorama::new(Arc::clone(&map), 1.0, DMat3::IDENTITY, None);
             [placed.expect("finite")]
         };
         let on = |threads| {
@@ -306,7 +307,7 @@ mod tests {
         // The integral of (1 + z/8) z over the upper hemisphere: pi + 2 pi / 24.
         let expected = PI + PI / 12.0;
         assert!((upward_illuminance(&tilted(64)) - expected).abs() < 0.01);
-        let black = Arc::new(Image::filled(2, 2, Rgb::BLACK));
+        let black = Arc::new(Image::filled(2, 2, Rgb::BLACK).into());
         assert!(Panorama::new(black, 1.0, DMat3::IDENTITY, Some(1.0)).is_none());
     }
 }

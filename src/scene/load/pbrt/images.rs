@@ -9,7 +9,8 @@ use super::library::Library;
 use super::params::Parameters;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
-use crate::image::{ColourSpace, Image};
+use crate::geometry::texture_image::TextureImage;
+use crate::image::ColourSpace;
 use crate::math::functions::powf;
 use crate::math::rgb::Rgb;
 use crate::scene::load::wording::shown;
@@ -49,7 +50,11 @@ impl Library {
     ///
     /// # Errors
     /// If the image cannot be read.
-    pub fn alpha_of(&mut self, params: &Parameters, name: &str) -> Result<Option<Arc<Image>>> {
+    pub fn alpha_of(
+        &mut self,
+        params: &Parameters,
+        name: &str,
+    ) -> Result<Option<Arc<TextureImage>>> {
         let Some(file) = params.text(name)? else {
             return Ok(None);
         };
@@ -71,7 +76,7 @@ impl Library {
     ///
     /// # Errors
     /// If it is left out, or cannot be read.
-    pub fn image(&mut self, params: &Parameters, name: &str) -> Result<Arc<Image>> {
+    pub fn image(&mut self, params: &Parameters, name: &str) -> Result<Arc<TextureImage>> {
         let Some(file) = params.text(name)? else {
             return Err(params.error(format!("expected a parameter `string {name}`")));
         };
@@ -90,8 +95,9 @@ impl Library {
         let Texture::Image { image, .. } = texture else {
             return Err(params.error_of(name, "expected an image"));
         };
-        let is_below_0 = |pixel: &Rgb| pixel.to_array().iter().any(|x| *x < 0.0);
-        let image = match image.pixels().iter().any(is_below_0) {
+        let is_below_0 = |texel: Rgb| texel.to_array().iter().any(|x| *x < 0.0);
+        let has_any = image.texels().any(is_below_0);
+        let image = match has_any {
             false => image,
             true => {
                 self.approximated(&params.place_of(name), "values below 0 are taken as 0");
@@ -106,9 +112,8 @@ impl Library {
 }
 
 /// The image with each of its values changed.
-fn with_values(image: &Image, f: impl Fn(f32) -> f32) -> Arc<Image> {
-    let pixels = image.pixels().iter().map(|pixel| pixel.map(&f)).collect();
-    Arc::new(Image::new(image.width(), image.height(), pixels))
+fn with_values(image: &TextureImage, f: impl Fn(f32) -> f32) -> Arc<TextureImage> {
+    Arc::new(image.map(|texel| texel.map(&f)))
 }
 
 fn encoding(params: &Parameters) -> Result<ColourEncoding> {

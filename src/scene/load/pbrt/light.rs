@@ -10,7 +10,6 @@ use super::library::Library;
 use super::params::Parameters;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
-use crate::image::Image;
 use crate::math::functions::cos;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DAffine3, DMat3, DVec3};
@@ -193,7 +192,7 @@ impl Library {
             if params.has("L") {
                 return Err(params.error_of("L", "expected either L or filename, not both"));
             }
-            let image: Arc<Image> = self.image(params, "filename")?;
+            let image = self.image(params, "filename")?;
             let average: Rgb = image.mean().map(|x| x as f32).into();
             mean = f64::from(average.luminance());
             let scale = (exposure * self.scale(params)?) as f32;

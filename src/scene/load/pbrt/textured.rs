@@ -5,7 +5,6 @@
 //! Source: none needed. Tested in `tests/loading/pbrt/`.
 
 use crate::geometry::texture::Texture;
-use crate::image::Image;
 use crate::math::rgb::Rgb;
 use crate::math::vec::DVec2;
 use crate::scene::description::ColourDescription;
@@ -89,13 +88,14 @@ impl Textured {
                     ColourDescription::Constant(_) => None,
                 };
                 let ((a, scale_a), (b, scale_b)) = (image(self)?, image(other)?);
-                let size = |image: &Image| (image.width(), image.height());
-                if size(&a) != size(&b) || self.mapping != other.mapping {
+                if a.size() != b.size() || self.mapping != other.mapping {
                     return None;
                 }
-                let pairs = a.pixels().iter().zip(b.pixels());
-                let pixels = pairs.map(|(&a, &b)| f(scale_a * a, scale_b * b)).collect();
-                let image = Arc::new(Image::new(a.width(), a.height(), pixels));
+                let mut others = b.texels();
+                let image = Arc::new(a.map(|texel| {
+                    let other = others.next().expect("both have equally many texels");
+                    f(scale_a * texel, scale_b * other)
+                }));
                 let texture = Texture::Image { image, scale: 1.0 };
                 Some(Self {
                     colour: ColourDescription::Texture(Arc::new(texture)),

@@ -456,6 +456,11 @@ pub const PLANTED: &[Planted] = &[
         "rendering::reuse::path_reuse_agrees_with_path_between_rough_surfaces",
     ),
     bug(
+        "reuse-ignores-tilt",
+        "pixels for which a shading normal has to be tilted share with those for which it has not",
+        "rendering::reuse::path_reuse_agrees_with_path_with_shading_normals",
+    ),
+    bug(
         "light-paths-without-importance",
         "a light path that comes to the lens is not divided by the solid angle of a pixel",
         "rendering::light_paths::light_paths_agree_with_path_in_every_block_of_six_scenes",

@@ -31,9 +31,11 @@ use etendue::internals::render::settings::{
     Adaptive, BounceLimit, LightPathRule, PathReuseRule, RenderSettings,
 };
 use etendue::internals::scene::description::{
-    ColourDescription, MaterialModel, SceneDescription, ShapeDescription,
+    ColourDescription, GeometryDescription, MaterialModel, MeshDescription, SceneDescription,
+    ShapeDescription,
 };
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// The settings of `path` with shared paths.
 fn with_reuse(scene: &SceneDescription, reuse: PathReuse, spp: u64) -> RenderSettings {
@@ -137,10 +139,10 @@ fn rough(metallic: f32, roughness: f32) -> SceneDescription {
 #[test]
 fn path_reuse_agrees_with_path_between_rough_surfaces() {
     let surfaces = [
-        ("mirroring coat", 0.0, 0.0),
+        ("rough metal", 1.0, 0.4),
         ("smooth coat", 0.0, 0.2),
+        ("mirroring coat", 0.0, 0.0),
         ("rough coat", 0.0, 0.7),
-        ("rough metal", 1.0, 0.6),
     ];
     for (place, (name, metallic, roughness)) in surfaces.into_iter().enumerate() {
         let scene = rough(metallic, roughness);
@@ -150,9 +152,29 @@ fn path_reuse_agrees_with_path_between_rough_surfaces() {
     }
 }
 
+/// A lit panel before the left wall of a dark room, whose normals lean by 60 degrees towards the camera: from the back of the
+/// room they have to be tilted, from its front not.
+fn with_leaning_normals() -> SceneDescription {
+    let spot = "[[light]]\ntype = \"spot\"\nposition = [-0.5, 1, 0.98]\ntarget = [-1, 1, 0]\nintensity = 9\ncone = 40\n";
+    let mut scene = room(spot);
+    let corners = [[0.1, -0.95], [0.1, 0.95], [1.9, 0.95], [1.9, -0.95]];
+    let panel = MeshDescription {
+        positions: corners.map(|[y, z]| DVec3::new(-0.97, y, z)).to_vec(),
+        normals: vec![DVec3::new(0.5, 0.0, 0.75_f64.sqrt()); 4],
+        indices: vec![[0, 2, 1], [0, 3, 2]],
+        ..MeshDescription::default()
+    };
+    let panel = GeometryDescription::Mesh(Arc::new(panel));
+    scene.shapes.push(surface(panel, 0.0));
+    scene
+}
+
 #[test]
 fn path_reuse_agrees_with_path_with_shading_normals() {
     compare("stones", &stones(), PathReuse::Sixteen, 0.02, None);
+    let leaning = with_leaning_normals();
+    let with = with_reuse(&leaning, PathReuse::Sixteen, 256);
+    compare_with_path_alone("leaning", &leaning, with, 256, 0.006);
 }
 
 /// Lenses, instances, textures, normal maps and one-sided surfaces.

@@ -60,8 +60,8 @@ pub struct SettingsArguments {
     /// Number of neighbouring pixels that share the paths of the integrator path. Affects noise and time, not the mean.
     /// Default: the scene's, or auto.
     ///
-    /// Indirect light that one path finds is taken by a group of 4 or 16 pixels, where matte surfaces see each other. The
-    /// noise of these pixels is not independent. off: none. auto: the number with the least error in a pilot, if that pays;
+    /// Indirect light that one path finds is taken by a group of 4 or 16 pixels, where matte and rough surfaces see each
+    /// other. The noise of these pixels is not independent. off: none. auto: the number with the least error in a pilot, if that pays;
     /// off with layers, adaptive sampling, light paths and --roulette none. With a number, --light-paths auto has none.
     #[arg(long, value_parser = named(PathReuseRule::ALL, PathReuseRule::name))]
     pub reuse: Option<PathReuseRule>,

@@ -194,12 +194,12 @@ fn shapes_beyond_the_coordinate_limit_are_rejected_by_name() {
         // Too large only after its transform.
         ball("[0, 0, 0]", "1e308", "transform = [{ scale = 10 }]\n"),
     ] {
-        scene_fails(&format!("{near}{far}"), 9, &["sphere 3 reaches farther"]);
+        scene_fails(&format!("{near}{far}"), 9, &["`sphere 3` reaches farther"]);
     }
     let member = ball("[0, 0, 0]", "1", "group = \"a\"\n");
     let placed = "[[instance]]\nof = \"a\"\ntransform = [{ translate = [0, 0, 1e25] }]\n";
     let instance = format!("{near}{member}{placed}");
-    scene_fails(&instance, 14, &["instance 1 reaches farther"]);
+    scene_fails(&instance, 14, &["`instance 1` reaches farther"]);
 }
 
 #[test]

@@ -235,9 +235,9 @@ vectorised! {
         pdf: &Lanes<f32>,
         connections: &mut Connections,
     ) {
-        for lane in 0..LANES {
+        for (lane, &pdf) in pdf.iter().enumerate() {
             let solid_angle = connections.solid_angle[lane];
-            let density = pdf[lane] * solid_angle;
+            let density = pdf * solid_angle;
             let is_found = (density > 0.0) & (density < f32::INFINITY);
             let density = if is_found { density } else { 0.0 };
             let value: Rgb<LaneVec3> = load(f, lane);

@@ -128,7 +128,7 @@ impl TextureImage {
         Image::new(width, height, self.texels().map(f).collect()).into()
     }
 
-    /// The same texels as an image, of twelve bytes a texel.
+    /// An image of these texels, of twelve bytes each.
     pub fn to_image(&self) -> Image {
         match &self.0 {
             Storage::Codes(codes) => {

@@ -40,6 +40,17 @@ fn part(settings: &StudySettings, plan: &StudyPlan, shard: u64) -> Result<StudyP
     rest(settings, plan, shard, None)
 }
 
+/// The part that a request gives.
+fn shard_of(
+    settings: &StudySettings,
+    plan: &StudyPlan,
+    request: ShardRequest,
+    observer: &dyn StudyObserver,
+) -> Result<Option<StudyPart>> {
+    let start = Instant::now();
+    render(&scene(), SIZE, settings, plan, request, start, observer)
+}
+
 /// The whole part, given the renders of it that there are already.
 fn rest(
     settings: &StudySettings,
@@ -47,13 +58,10 @@ fn rest(
     shard: u64,
     begun: Option<StudyPart>,
 ) -> Result<StudyPart> {
-    let part = render(
-        &scene(),
-        SIZE,
+    let part = shard_of(
         settings,
         plan,
         ShardRequest { shard, begun },
-        Instant::now(),
         &NullStudyObserver,
     )?;
     Ok(part.expect("it was not cancelled"))
@@ -317,16 +325,7 @@ fn cancelled_plans_and_shards_give_nothing() {
     assert!(none.is_none());
     let plan = planned(&settings);
     let request = ShardRequest::default();
-    let none = render(
-        &scene(),
-        SIZE,
-        &settings,
-        &plan,
-        request,
-        start,
-        &Cancelling,
-    )
-    .expect("no error");
+    let none = shard_of(&settings, &plan, request, &Cancelling).expect("no error");
     assert!(none.is_none());
     let part = part(&settings, &plan, 0).expect("rendered");
     let report = merge(
@@ -360,16 +359,7 @@ fn interrupted_shard_continues_to_the_renders_of_a_whole_one() {
         shard: 1,
         begun: Some(begun.clone()),
     };
-    let start = Instant::now();
-    let kept = render(
-        &scene(),
-        SIZE,
-        &settings,
-        &plan,
-        request,
-        start,
-        &Cancelling,
-    );
+    let kept = shard_of(&settings, &plan, request, &Cancelling);
     let kept = kept.expect("no error").expect("it was begun");
     assert_eq!(kept.renders.len(), 3);
     let continued = rest(&settings, &plan, 1, Some(begun.clone())).expect("rendered");

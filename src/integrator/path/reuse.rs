@@ -55,7 +55,7 @@ use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
 use first_surfaces::{Connections, FirstSurfaces, rough_lanes};
-use rough::{LightAtRough, RoughSecondSurface, SeenSurface, look_back};
+use rough::{LightAtRough, RoughSecondSurface, SeenSurface, is_positive, look_back, normalise};
 
 /// The surfaces that sixteen pixels see, and the paths that they share.
 #[derive(Debug)]
@@ -230,30 +230,20 @@ impl<E: Effects> ReuseScratch<E> {
                 seen.evaluate(at.frame.to_local(load(&direct_light.samples.wi, lane)));
                 let sums = seen.sums(second);
                 let factors = &mut at_rough.factors[path];
-                let total = seen.factors(second, 1.0 / sums.density, factors);
-                let is_lit = is_positive(total.max_channel());
-                let f = if is_lit { Rgb::WHITE } else { Rgb::BLACK };
-                store(&mut direct_light.f, lane, f);
+                let f = seen.factors(second, 1.0 / sums.density, factors);
+                store(&mut direct_light.f, lane, f * Rgb::WHITE);
                 direct_light.pdf_bsdf[lane] = sums.pdf();
-                if !is_lit {
-                    *factors = [[0.0; LANES]; 3];
-                }
             }
             let wi: Vec3 = load(&scattering.wi, lane);
             seen.evaluate(wi);
             let sums = seen.sums(second);
             let factors = &mut shared.factors[path];
             let scale = wi.z.abs() / sums.density_with_pdf;
-            let throughput = seen.factors(second, scale, factors).max_channel();
-            let is_sampled = scattering.sampled.has(lane) && is_positive(throughput);
+            let throughput = seen.factors(second, scale, factors);
+            let is_sampled = scattering.sampled.has(lane) && throughput > 0.0;
             scattering.sampled.set(lane, is_sampled);
-            if is_sampled {
-                *factors = factors.map(|it| it.map(|factor| factor / throughput));
-                store(&mut scattering.weight, lane, throughput * Rgb::WHITE);
-                scattering.pdf[lane] = sums.pdf();
-            } else {
-                *factors = [[0.0; LANES]; 3];
-            }
+            store(&mut scattering.weight, lane, throughput * Rgb::WHITE);
+            scattering.pdf[lane] = sums.pdf();
         }
     }
 
@@ -351,8 +341,8 @@ impl<E: Effects> SharedPaths<E> {
             store(&mut factor, pixel, taken);
             total += taken;
         }
-        let throughput = total.max_channel();
-        self.factors[path] = factor.map(|channel| channel.map(|factor| factor / throughput));
+        let throughput = normalise(&mut factor, total);
+        self.factors[path] = factor;
         store(&mut block.beta, lane, throughput * Rgb::WHITE);
         true
     }
@@ -381,11 +371,6 @@ impl<E: Effects> SharedPaths<E> {
         store(&mut block.beta, lane, Rgb::WHITE);
         Some(second)
     }
-}
-
-/// Whether a number is finite and above 0.
-fn is_positive(x: f32) -> bool {
-    x.is_finite() && x > 0.0
 }
 
 vectorised! {

@@ -88,13 +88,13 @@ impl SeenSurface {
         sums
     }
 
-    /// Computes the factor of each pixel, with a common scale. Returns their sum.
+    /// Computes the factor of each pixel, with a common scale. Returns the throughput, by which they are divided.
     pub(super) fn factors(
         &self,
         second: &RoughSecondSurface,
         scale: f32,
         factors: &mut Lanes3,
-    ) -> Rgb {
+    ) -> f32 {
         let mut total = Rgb::BLACK;
         for pixel in 0..LANES {
             let mut factor = Rgb::BLACK;
@@ -105,8 +105,25 @@ impl SeenSurface {
             store(factors, pixel, factor);
             total += factor;
         }
-        total
+        normalise(factors, total)
     }
+}
+
+/// Divides the factors of all pixels by the throughput of a path, the largest channel of their sum, and returns it. Unless it
+/// is finite and above 0, all are set to 0.
+pub(super) fn normalise(factors: &mut Lanes3, total: Rgb) -> f32 {
+    let throughput = total.max_channel();
+    if !is_positive(throughput) {
+        *factors = [[0.0; LANES]; 3];
+        return 0.0;
+    }
+    *factors = factors.map(|channel| channel.map(|factor| factor / throughput));
+    throughput
+}
+
+/// Whether a number is finite and above 0.
+pub(super) fn is_positive(x: f32) -> bool {
+    x.is_finite() && x > 0.0
 }
 
 vectorised! {

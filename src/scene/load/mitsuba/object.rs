@@ -183,7 +183,7 @@ impl XmlObject {
             })
     }
 
-    /// What messages call the object.
+    /// The element and the name of the object, for messages.
     pub fn title(&self) -> String {
         match self.tag.as_str() {
             "scene" => "the scene".to_owned(),

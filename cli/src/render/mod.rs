@@ -4,6 +4,7 @@
 //! Range: any scene that loads; every output is checked to be writable before the first sample.
 //! Source: none needed. Tested in `cli/tests/command/render.rs` and `cli/tests/command/bad_input.rs`.
 
+mod checkpoint;
 mod job;
 mod options;
 mod replay;
@@ -16,6 +17,7 @@ use crate::denoise::Denoised;
 use crate::output::ConsoleObserver;
 use crate::recommendation::sentence;
 use crate::{Outcome, command_line, named_after};
+use checkpoint::Checkpointer;
 use etendue::internals::film::ErrorEstimate;
 use etendue::internals::film::filter::{Filter, FilterSampling};
 use etendue::internals::film::splats::Strategy;
@@ -28,7 +30,7 @@ use etendue::internals::session::{Rendering, Session};
 use etendue::{Error, Result};
 use job::RenderJob;
 use options::options;
-use states::{Checkpointer, is_state};
+use states::is_state;
 use stats::Times;
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -1,22 +1,20 @@
-//! State files of a render: the outputs that end in `.etd`, and checkpoints.
+//! State files of a render: the outputs that end in `.etd`, and the state that it continues from.
 //!
 //! Measure: none.
 //! Range: any render; what cannot be divided or continued is refused before the first sample.
 //! Source: none needed. Tested in `cli/tests/command/shards.rs` and `cli/tests/command/checkpoints.rs`.
 
+use super::checkpoint::save_over;
 use crate::args::{RenderArguments, StateArguments};
 use crate::output::ConsoleObserver;
-use etendue::internals::film::Film;
-use etendue::internals::image::atomic::{ExistingFile, check_creatable};
+use etendue::internals::image::atomic::check_creatable;
+use etendue::internals::render::RenderObserver;
 use etendue::internals::render::options::RenderOptions;
-use etendue::internals::render::{Progress, RenderObserver, Rendered};
-use etendue::internals::session::states::save;
 use etendue::internals::session::{Rendering, Session};
 use etendue::internals::state::{Fingerprint, State, StateHeader, is_damaged, read_header};
 use etendue::{Error, ErrorKind, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 /// Whether this is the name of a state file.
 pub fn is_state(path: &Path) -> bool {
@@ -325,92 +323,4 @@ pub fn write(
     let states = outputs.iter().filter(|path| is_state(path));
     let write = |path: &Path| noted(rendering.save(session, path));
     states.fold(kept, |so_far, path| so_far.and(write(path)))
-}
-
-/// Writes a checkpoint, unless another process has written one of another render or of more samples there.
-fn save_over(header: StateHeader, rendered: &Rendered, path: &Path) -> Result<()> {
-    if path.symlink_metadata().is_err() {
-        let saved = save(header.clone(), rendered, vec![], path, ExistingFile::Keep);
-        // If there is a file now, another process was quicker.
-        if saved.is_ok() || path.symlink_metadata().is_err() {
-            return saved;
-        }
-    }
-    if let Ok(old) = read_header(path) {
-        let is_other = old.identity != header.identity || old.shard != header.shard;
-        if old.samples() > 0 && (is_other || old.samples() > rendered.spp) {
-            return Err(Error::usage(
-                "was written by another process, and has another render or more samples: it is kept",
-            )
-            .in_file(path));
-        }
-    }
-    save(header, rendered, vec![], path, ExistingFile::Replace)
-}
-
-/// Shows progress, forwards Ctrl-C, and writes checkpoints.
-pub struct Checkpointer<'a> {
-    console: &'a ConsoleObserver,
-    /// The file, the time between two checkpoints and what they have in common.
-    checkpoint: Option<(&'a Path, Duration, StateHeader)>,
-}
-
-impl<'a> Checkpointer<'a> {
-    /// The observer of a render with these arguments.
-    ///
-    /// # Errors
-    /// An error of Embree.
-    pub fn new(
-        console: &'a ConsoleObserver,
-        arguments: &'a RenderArguments,
-        session: &Session,
-        rendering: &Rendering,
-    ) -> Result<Self> {
-        let state = &arguments.state;
-        let checkpoint = match &state.checkpoint {
-            Some(path) => Some((path.as_path(), state.every, rendering.header(session)?)),
-            None => None,
-        };
-        Ok(Self {
-            console,
-            checkpoint,
-        })
-    }
-}
-
-impl RenderObserver for Checkpointer<'_> {
-    fn cache_prepass(&self, share: f64, records: usize) {
-        self.console.cache_prepass(share, records);
-    }
-
-    fn progress(&self, progress: &Progress) {
-        self.console.progress(progress);
-    }
-
-    fn pass(&self, film: &Film) {
-        self.console.pass(film);
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.console.is_cancelled()
-    }
-
-    fn shows_error(&self) -> bool {
-        self.console.shows_error()
-    }
-
-    fn checkpoint_interval(&self) -> Option<Duration> {
-        let (_, every, _) = self.checkpoint.as_ref()?;
-        Some(*every)
-    }
-
-    fn checkpoint(&self, rendered: &Rendered) {
-        if let Some((path, _, header)) = &self.checkpoint
-            && let Err(error) = save_over(header.clone(), rendered, path)
-        {
-            // The checkpoint before is still there, and the disk may have room again for the next one.
-            self.console
-                .warn(&format!("warning: no checkpoint: {error}"));
-        }
-    }
 }

@@ -235,6 +235,7 @@ impl Viewpoint {
     ///
     /// The film is a plane at the distance h from the lens. A ray at the angle theta to its normal intersects it at the
     /// distance h / cos theta, where a steradian covers an area of h^2 / cos^3 theta.
+    #[inline]
     pub fn film_point(&self, w: Vec3) -> Option<FilmPoint> {
         let [corner, per_x, per_y] = [self.pose.corner, self.pose.per_x, self.pose.per_y];
         let [corner, per_x, per_y] = [corner, per_x, per_y].map(|v| v.as_dvec3());

@@ -21,6 +21,10 @@ use std::sync::{Mutex, MutexGuard};
 /// The largest number of pixels along an axis that a filter covers.
 const MAX_COVERED: usize = 2 * MAX_RADIUS as usize + 1;
 
+/// The number of rows that are locked before any of them is changed. A lock waits for all earlier accesses to memory, and
+/// pixels of different rows are far apart in it: so their accesses overlap. Rows are locked from the top down.
+const ROWS_AT_ONCE: usize = 4;
+
 /// A bidirectional strategy: s vertices of the light subpath and t of the camera subpath, endpoints included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Strategy {
@@ -153,11 +157,15 @@ impl Splats {
         for (weight, x) in weights.iter_mut().zip(columns) {
             *weight = filter.evaluate_axis(offset(film.x, x));
         }
-        for y in covering(filter, film.y, self.window.y, self.window.height) {
-            let of_row = filter.evaluate_axis(offset(film.y, y));
-            let mut row = self.row((y - self.window.y) as usize);
-            for (pixel, weight) in row[first..].iter_mut().zip(&*weights) {
-                pixel.add(sample, value * (of_row * weight) as f32);
+        let mut covered = covering(filter, film.y, self.window.y, self.window.height);
+        let lock = |y: u32| (y, self.row((y - self.window.y) as usize));
+        while !covered.is_empty() {
+            let mut rows: [_; ROWS_AT_ONCE] = std::array::from_fn(|_| covered.next().map(lock));
+            for (y, row) in rows.iter_mut().flatten() {
+                let of_row = filter.evaluate_axis(offset(film.y, *y));
+                for (pixel, weight) in row[first..].iter_mut().zip(&*weights) {
+                    pixel.add(sample, value * (of_row * weight) as f32);
+                }
             }
         }
     }

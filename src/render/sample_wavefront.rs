@@ -288,11 +288,9 @@ impl SampleWavefront {
         let packets = self.indices.iter().zip(&self.samples).zip(samplers);
         for ((index, samples), samplers) in packets {
             let in_window = index.block.lanes_in(window);
+            let lanes = samples.active.and(|lane| in_window.has(lane));
             let mut light_samples = SampleLanes::default();
-            for lane in samples.active.and(|lane| in_window.has(lane)).each() {
-                let has_path = share.has_path(&mut samplers[lane]);
-                light_samples.active.set(lane, has_path);
-            }
+            light_samples.active = share.lanes_with_path(samplers, &lanes);
             light_samples.packet.rays.time = samples.packet.rays.time;
             self.light_samples.push(light_samples);
         }

@@ -20,9 +20,10 @@ pub mod source;
 pub mod weights;
 
 use crate::film::splats::Splat;
+use crate::math::lanes::{ActiveLanes, LANES};
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
-use crate::sampler::{Decision, Sampler};
+use crate::sampler::{Decision, LaneStates, Sampler};
 use serde::Serialize;
 
 /// The number of light paths for each camera path.
@@ -68,15 +69,32 @@ impl LightPathShare {
         }
     }
 
-    /// Whether a sample has a light path. Where not every sample has one, a random number of the sample decides, so
-    /// that no sample depends on others; the total number of light paths then varies.
+    /// The samples, among those of the active lanes, that have a light path; there is a sampler for each lane. Where not every
+    /// sample has one, a random number of the sample decides, so that no sample depends on others; the total number of light
+    /// paths then varies.
     #[inline]
-    pub fn has_path<S: Sampler>(self, sampler: &mut S) -> bool {
+    pub fn lanes_with_path<S: Sampler>(
+        self,
+        samplers: &mut [S],
+        active: &ActiveLanes<LANES>,
+    ) -> ActiveLanes<LANES> {
         let number = self.number();
-        number >= 1.0 || {
-            let [u] = sampler.draw(Decision::LightPath);
-            u < number
+        if number >= 1.0 {
+            return *active;
         }
+        let places = std::array::from_fn(|lane| lane as u32);
+        let states = LaneStates::gather(samplers, active, &places);
+        let mut u = [0.0; LANES];
+        let numbers = std::array::from_mut(&mut u);
+        S::draw_lanes(
+            samplers,
+            active,
+            &places,
+            &states,
+            Decision::LightPath,
+            numbers,
+        );
+        active.and(|lane| u[lane] < number)
     }
 }
 

@@ -9,6 +9,7 @@
 //! `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
+use super::material_textures::MaterialTextures;
 use super::texture::{ImageCache, ImageUse, TextureReference};
 use super::thin::sheet;
 use crate::error::Result;
@@ -47,65 +48,6 @@ pub fn base_color_factor(material: &Material<'_>) -> [f32; 4] {
     match material.pbr_specular_glossiness() {
         Some(surface) => surface.diffuse_factor(),
         None => material.pbr_metallic_roughness().base_color_factor(),
-    }
-}
-
-/// The textures of a material.
-#[derive(Debug, Default)]
-pub struct MaterialTextures {
-    base_color: Option<TextureReference>,
-    metallic_roughness: Option<TextureReference>,
-    normals: Option<TextureReference>,
-    emission: Option<TextureReference>,
-    transmission: Option<TextureReference>,
-}
-
-impl MaterialTextures {
-    /// Returns the textures of a material.
-    pub fn of(material: &Material<'_>) -> Self {
-        let pbr = material.pbr_metallic_roughness();
-        let transmission = material.transmission();
-        let (base_color, metallic_roughness) = match material.pbr_specular_glossiness() {
-            Some(surface) => (surface.diffuse_texture(), None),
-            None => (pbr.base_color_texture(), pbr.metallic_roughness_texture()),
-        };
-        Self {
-            base_color: base_color.as_ref().map(TextureReference::new),
-            metallic_roughness: metallic_roughness.as_ref().map(TextureReference::new),
-            normals: material
-                .normal_texture()
-                .as_ref()
-                .map(TextureReference::of_normals),
-            emission: material
-                .emissive_texture()
-                .as_ref()
-                .map(TextureReference::new),
-            transmission: transmission
-                .and_then(|it| it.transmission_texture())
-                .as_ref()
-                .map(TextureReference::new),
-        }
-    }
-
-    /// The texture coordinates of the first texture.
-    pub fn uv_set(&self) -> u32 {
-        self.all().next().map_or(0, |reference| reference.uv_set)
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.all().next().is_none()
-    }
-
-    fn all(&self) -> impl Iterator<Item = &TextureReference> {
-        let all = [
-            &self.base_color,
-            &self.metallic_roughness,
-            &self.normals,
-            &self.emission,
-            &self.transmission,
-        ];
-        all.into_iter().flatten()
     }
 }
 

@@ -18,6 +18,7 @@ mod camera;
 mod container;
 mod light;
 mod material;
+mod material_textures;
 mod mesh;
 mod nodes;
 mod primitives;

@@ -9,9 +9,8 @@ use super::super::contents::SceneContents;
 use super::super::vertex_colours;
 use super::super::wording::shown;
 use super::buffers::Asset;
-use super::material::{
-    GltfMaterial, MaterialReader, MaterialTextures, VertexColour, base_color_factor,
-};
+use super::material::{GltfMaterial, MaterialReader, VertexColour, base_color_factor};
+use super::material_textures::MaterialTextures;
 use super::mesh::{Meshes, PrimitiveMesh, VertexColours};
 use super::of_file;
 use super::texture::ImageCache;

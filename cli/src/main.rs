@@ -12,6 +12,7 @@ mod battery;
 mod bench;
 mod compare;
 mod convert;
+mod damaged;
 mod denoise;
 mod durations;
 mod info;

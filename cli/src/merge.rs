@@ -5,6 +5,7 @@
 //! Source: none needed. Tested in `cli/tests/command/shards.rs`.
 
 use super::args::MergeArguments;
+use super::damaged;
 use super::denoise::{DenoiseStats, Denoised};
 use super::output::{explain, format_confidence, format_percent};
 use super::render::states::{is_same_file, is_state};
@@ -95,11 +96,26 @@ fn state_files(arguments: &MergeArguments) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// The files that are not damaged; the others are set aside.
+fn without_damaged(files: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
+    let mut whole = vec![];
+    for file in files {
+        match damaged::set_aside(&file)? {
+            Some(note) => say!("warning: {note}"),
+            None => whole.push(file),
+        }
+    }
+    Ok(whole)
+}
+
 /// Merges according to the arguments.
 pub fn run(arguments: &MergeArguments) -> Result<Outcome> {
     let start = Instant::now();
     check(arguments)?;
-    let files = state_files(arguments)?;
+    let mut files = state_files(arguments)?;
+    if arguments.set_damaged_aside {
+        files = without_damaged(files)?;
+    }
     let merge = Merge::of(&files)?;
     let missing = merge.missing();
     if !missing.is_empty() && !arguments.partial {

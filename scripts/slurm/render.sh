@@ -104,13 +104,33 @@ fail() {
     exit 1
 }
 
-# Goes on after an array: again what is missing, or the merge, or another round.
+# Whether shards are missing, among them those of earlier rounds that a merge has set aside as damaged. Those of the pilot are not
+# rendered again, since its length follows from the number of samples of the first round.
+is_incomplete() {
+    pilot=$(cat "$folder/pilot" 2>/dev/null || echo 0)
+    for file in "$folder"/part-*.etd.damaged*; do
+        range=${file##*/part-}
+        range=${range%%.etd*}
+        if [ -e "$file" ] && [ ! -e "$folder/part-$range.etd" ] && [ "${range%%..*}" -ge "$pilot" ]; then
+            grep -qxF "$range" "$folder/round" || echo "$range" >>"$folder/round"
+        fi
+    done
+    [ -n "$(missing)" ]
+}
+
+# Submits what is missing again.
+try_again() {
+    tries=$(($(cat "$folder/tries") - 1))
+    [ "$tries" -ge 0 ] || fail "shards $(missing) are missing: see $folder/log-*.txt"
+    echo "$tries" >"$folder/tries"
+    submit_again
+}
+
+# Goes on after an array: again what is missing, or the merge, or another round. A merge that finds a damaged shard sets it
+# aside, so that it is missing.
 next() {
     if [ -n "$(missing)" ]; then
-        tries=$(($(cat "$folder/tries") - 1))
-        [ "$tries" -ge 0 ] || fail "shards $(missing) are missing: see $folder/log-*.txt"
-        echo "$tries" >"$folder/tries"
-        submit_again
+        try_again
         return
     fi
     # What is whole needs no checkpoint.
@@ -118,8 +138,14 @@ next() {
     first=$(head -n 1 "$folder/round")
     if [ -e "$folder/pilot" ] && [ "${first%%..*}" = 0 ]; then
         # Later rounds need the pilot's file, too.
-        "$etendue" merge --partial --quiet "$folder"/part-*.etd --out "$folder/pilot.etd" ||
-            fail "the pilot was not merged: see $folder/log-merge.txt"
+        code=0
+        "$etendue" merge --set-damaged-aside --partial --quiet "$folder"/part-*.etd --out "$folder/pilot.etd" || code=$?
+        if is_incomplete; then
+            rm -f "$folder/pilot.etd"
+            try_again
+            return
+        fi
+        [ "$code" = 0 ] || fail "the pilot was not merged: see $folder/log-merge.txt"
         pilot=$(cat "$folder/pilot")
         if [ "$pilot" -lt "$(cat "$folder/spp")" ]; then
             begin_round "$pilot" "$(cat "$folder/spp")"
@@ -128,9 +154,13 @@ next() {
         fi
     fi
     code=0
-    "$etendue" merge "$folder"/part-*.etd --out "${IMAGE:-$folder/image.exr}" --json ${ERROR:+--error "$ERROR"} \
+    "$etendue" merge --set-damaged-aside "$folder"/part-*.etd --out "${IMAGE:-$folder/image.exr}" --json ${ERROR:+--error "$ERROR"} \
         ${CONFIDENCE:+--confidence "$CONFIDENCE"} \
         >"$folder/report.json" || code=$?
+    if is_incomplete; then
+        try_again
+        return
+    fi
     case $code in
     0) echo "$(cat "$folder/spp") samples per pixel" >"$folder/done" ;;
     5) another_round ;;

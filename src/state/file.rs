@@ -86,19 +86,29 @@ pub fn with_checksum(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
+/// Opens a file. Returns its length, too.
+///
+/// # Errors
+/// A file that cannot be read, or is not a regular one: a pipe would be waited for.
+fn open(path: &Path) -> Result<(fs::File, u64)> {
+    let cannot_read = |error| Error::io("cannot read", path, error);
+    let metadata = fs::metadata(path).map_err(cannot_read)?;
+    if !metadata.is_file() {
+        return Err(cannot_read(io::Error::other("not a regular file")));
+    }
+    let file = fs::File::open(path).map_err(cannot_read)?;
+    Ok((file, metadata.len()))
+}
+
 /// Reads the bytes of a file.
 ///
 /// # Errors
 /// A file that cannot be read, and too little memory.
 pub fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     let cannot_read = |error| Error::io("cannot read", path, error);
-    let metadata = fs::metadata(path).map_err(cannot_read)?;
-    if !metadata.is_file() {
-        return Err(cannot_read(io::Error::other("not a regular file")));
-    }
-    let mut file = fs::File::open(path).map_err(cannot_read)?;
-    memory::check(metadata.len(), || format!("the file {}", path.display()))?;
-    let length = usize::try_from(metadata.len()).map_err(|_| cannot_read(too_large()))?;
+    let (mut file, length) = open(path)?;
+    memory::check(length, || format!("the file {}", path.display()))?;
+    let length = usize::try_from(length).map_err(|_| cannot_read(too_large()))?;
     let mut bytes = vec![];
     bytes
         .try_reserve_exact(length)
@@ -116,9 +126,18 @@ fn too_large() -> io::Error {
 /// # Errors
 /// A file that cannot be read, which may be whole.
 pub fn is_damaged(path: &Path) -> Result<bool> {
-    let bytes = read_bytes(path)?;
-    let parts = bytes.split_last_chunk::<CHECKSUM>();
-    Ok(!parts.is_some_and(|(content, checksum)| blake3::hash(content) == *checksum))
+    let cannot_read = |error| Error::io("cannot read", path, error);
+    let (mut file, length) = open(path)?;
+    let Some(content) = length.checked_sub(CHECKSUM as u64) else {
+        return Ok(true);
+    };
+    let mut hasher = blake3::Hasher::new();
+    hasher
+        .update_reader((&mut file).take(content))
+        .map_err(cannot_read)?;
+    let mut checksum = [0; CHECKSUM];
+    file.read_exact(&mut checksum).map_err(cannot_read)?;
+    Ok(hasher.finalize() != checksum)
 }
 
 /// Reads the header of a file. The checksum is not compared.
@@ -127,12 +146,7 @@ pub fn is_damaged(path: &Path) -> Result<bool> {
 /// A file that cannot be read or is not a state file.
 pub fn read_header(path: &Path) -> Result<StateHeader> {
     let cannot_read = |error| Error::io("cannot read", path, error);
-    // A pipe would be waited for.
-    let metadata = fs::metadata(path).map_err(cannot_read)?;
-    if !metadata.is_file() {
-        return Err(cannot_read(io::Error::other("not a regular file")));
-    }
-    let (mut file, size) = (fs::File::open(path).map_err(cannot_read)?, metadata.len());
+    let (mut file, size) = open(path)?;
     let mut bytes = vec![];
     let mut read_to = |bytes: &mut Vec<u8>, end: u64| {
         let more = end.saturating_sub(bytes.len() as u64);

@@ -6,12 +6,13 @@
 
 use super::checkpoint::save_over;
 use crate::args::{RenderArguments, StateArguments};
+use crate::damaged;
 use crate::output::ConsoleObserver;
 use etendue::internals::image::atomic::check_creatable;
 use etendue::internals::render::RenderObserver;
 use etendue::internals::render::options::RenderOptions;
 use etendue::internals::session::{Rendering, Session};
-use etendue::internals::state::{Fingerprint, State, StateHeader, is_damaged, read_header};
+use etendue::internals::state::{Fingerprint, State, StateHeader, read_header};
 use etendue::{Error, ErrorKind, Result};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -248,33 +249,15 @@ fn read_to_continue(
         Ok(old) => return Ok(Some(old)),
         Err(error) => error,
     };
-    if !arguments.set_damaged_aside || !is_damaged(file)? {
-        return Err(unusable);
-    }
-    let aside = set_aside(file)?;
-    console.warn(&format!(
-        "warning: {}: is a damaged state file: its checksum is not that of its contents; it is now {}, and the render begins anew",
-        file.display(),
-        aside.display()
-    ));
-    Ok(None)
-}
-
-/// Renames a file to the first free name of FILE.damaged, FILE.damaged-2 and so on, and returns that name.
-fn set_aside(file: &Path) -> Result<PathBuf> {
-    let name = |count: u32| {
-        let mut name = file.as_os_str().to_owned();
-        name.push(match count {
-            1 => ".damaged".to_owned(),
-            _ => format!(".damaged-{count}"),
-        });
-        PathBuf::from(name)
+    let aside = match arguments.set_damaged_aside {
+        true => damaged::set_aside(file)?,
+        false => None,
     };
-    let mut names = (1..).map(name);
-    let free = names.find(|name| name.symlink_metadata().is_err());
-    let aside = free.expect("a folder has fewer files than there are numbers");
-    fs::rename(file, &aside).map_err(|error| Error::io("cannot rename", file, error))?;
-    Ok(aside)
+    let Some(note) = aside else {
+        return Err(unusable);
+    };
+    console.warn(&format!("warning: {note}, and the render begins anew"));
+    Ok(None)
 }
 
 /// Lets the pilot of this file distribute the samples of a render, if there is one.

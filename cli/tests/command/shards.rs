@@ -245,6 +245,36 @@ fn merge_reports_missing_and_duplicate_samples() {
     );
 }
 
+/// Of two shards that are damaged, one by a bit of its body and one by its end, the samples are missing.
+#[test]
+fn damaged_shards_are_set_aside_on_request() {
+    let folder = small();
+    let files = shards(&folder, 4, "--spp 32");
+    let path = |name: &str| folder.path(name);
+    let mut flipped = std::fs::read(path("part-1.etd")).expect("a shard");
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 1;
+    std::fs::write(path("part-1.etd"), &flipped).expect("it is written");
+    let cut = &flipped[..7];
+    std::fs::write(path("part-3.etd"), cut).expect("it is written");
+    let merge = format!("merge {files} -o it.pfm");
+    fails(&folder, &merge, INPUT_OUTPUT, &["part-", "damaged"]);
+    let aside = run(&folder, &format!("{merge} --set-damaged-aside"));
+    assert_eq!(aside.code, USAGE, "{}", aside.stderr);
+    let missing = "samples 8..16, 24..32 of 32 are missing";
+    assert!(aside.stderr.contains(missing), "{}", aside.stderr);
+    let names = ["part-1.etd.damaged", "part-3.etd.damaged"];
+    for (name, bytes) in names.into_iter().zip([&flipped[..], cut]) {
+        assert!(aside.stderr.contains(name), "{}", aside.stderr);
+        assert!(std::fs::read(path(name)).expect(name) == bytes, "{name}");
+    }
+    // Whole files are not renamed.
+    succeed(
+        &folder,
+        "merge -q part-0.etd part-2.etd -o it.pfm --partial --set-damaged-aside",
+    );
+}
+
 #[test]
 fn merge_reports_spp_needed_for_the_target_error() {
     let matte = "type = \"diffuse\"\nreflectance = 0.5";

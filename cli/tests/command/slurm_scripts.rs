@@ -3,6 +3,7 @@
 use crate::common::scene_folder::{SMALL, SceneFolder, in_repository};
 use crate::support::{Finished, succeed};
 use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
 use std::process::Command;
 
 /// Runs a task of an array, which renders the first range of a folder.
@@ -87,32 +88,70 @@ done
 echo 1
 "#;
 
+/// A folder with a scene and a program `sbatch` that runs jobs.
+fn with_sbatch(scene: &str) -> SceneFolder {
+    let folder = SceneFolder::new([("small.toml", scene), ("sbatch", SBATCH)]);
+    let permissions = std::fs::Permissions::from_mode(0o755);
+    std::fs::set_permissions(folder.path("sbatch"), permissions).expect("it is ours");
+    folder
+}
+
+/// Renders to `render` by jobs of the folder's `sbatch`, with these arguments and this error to reach, if there is one; the image is
+/// `shards.pfm` of the folder.
+fn submit(folder: &SceneFolder, render: &Path, arguments: &str, error: &str) -> Finished {
+    let path = std::env::var("PATH").expect("there are programs");
+    let submitted = Command::new("sh")
+        .arg(in_repository("scripts/slurm/render.sh"))
+        .arg(render)
+        .args(arguments.split_whitespace())
+        .current_dir(folder.root())
+        .env("PATH", format!("{}:{path}", folder.root().display()))
+        .env("ETENDUE", env!("CARGO_BIN_EXE_etendue"))
+        .env("IMAGE", folder.path("shards.pfm"))
+        .env("ERROR", error)
+        .output();
+    submitted.expect("sh runs").into()
+}
+
+/// A disk may damage a shard after its task has ended.
+#[test]
+fn damaged_shard_is_rendered_again() {
+    for (flags, shard) in [("", "part-0..16.etd"), ("--adaptive", "part-8..20.etd")] {
+        let folder = with_sbatch(SMALL);
+        let render = folder.path("render");
+        let read = |name: &str| std::fs::read(folder.path(name)).expect(name);
+        let done = |arguments: &str| {
+            let submitted = submit(&folder, &render, arguments, "");
+            let problem = std::fs::read_to_string(render.join("failed"));
+            assert_eq!(submitted.code, 0, "{}{problem:?}", submitted.stderr);
+            assert!(render.join("done").exists(), "{problem:?}");
+            read("shards.pfm")
+        };
+        let image = done(&format!("2 32 small.toml {flags}"));
+        let mut bytes = std::fs::read(render.join(shard)).expect("a shard");
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(render.join(shard), &bytes).expect("it is written");
+        std::fs::write(folder.path("shards.pfm"), "").expect("it is written");
+        assert!(done("") == image, "{flags}");
+        let aside = std::fs::read(render.join(format!("{shard}.damaged")));
+        assert!(aside.expect("it is kept") == bytes, "{flags}");
+    }
+}
+
 #[test]
 fn adaptive_render_to_an_error_has_the_bits_of_a_continued_one() {
     let matte = "type = \"diffuse\"\nreflectance = 0.5";
     let scene = SMALL
         .replace("type = \"dielectric\"", matte)
         .replace("emission = [12, 11, 10]", "");
-    let folder = SceneFolder::new([("small.toml", scene.as_str()), ("sbatch", SBATCH)]);
-    let permissions = std::fs::Permissions::from_mode(0o755);
-    std::fs::set_permissions(folder.path("sbatch"), permissions).expect("it is ours");
-    let path = std::env::var("PATH").expect("there are programs");
+    let folder = with_sbatch(&scene);
     let settings = "--adaptive --sampler independent";
     // With four samples, the pilot is all of the first round.
     for (first, error) in [(64, "1%"), (4, "5%")] {
         let render = folder.path(&format!("render-{first}"));
-        let submitted = Command::new("sh")
-            .arg(in_repository("scripts/slurm/render.sh"))
-            .arg(&render)
-            .args(["3", &first.to_string()])
-            .arg(folder.path("small.toml"))
-            .args(settings.split_whitespace())
-            .env("PATH", format!("{}:{path}", folder.root().display()))
-            .env("ETENDUE", env!("CARGO_BIN_EXE_etendue"))
-            .env("IMAGE", folder.path("shards.pfm"))
-            .env("ERROR", error)
-            .output();
-        let submitted: Finished = submitted.expect("sh runs").into();
+        let arguments = format!("3 {first} small.toml {settings}");
+        let submitted = submit(&folder, &render, &arguments, error);
         let read = |name: &str| std::fs::read_to_string(render.join(name)).unwrap_or_default();
         let problem = format!("{}{}", submitted.stderr, read("failed"));
         assert_eq!(submitted.code, 0, "{problem}");

@@ -38,7 +38,7 @@ impl Recording {
         let start = Instant::now();
         for (active, packet) in &mut self.shadow {
             packet.t_max = [1.0; LANES];
-            tables.accel.occluded_lanes(*active, packet);
+            tables.accel.occluded_lanes(*active, packet, false);
         }
         [camera, extension, start.elapsed().as_secs_f64()]
     }

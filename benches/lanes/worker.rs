@@ -161,7 +161,7 @@ impl<'a> Worker<'a> {
                     .shadow
                     .push((block.shadow_ray_lanes, block.shadow.clone()));
             }
-            accel.occluded_lanes(block.shadow_ray_lanes, &mut block.shadow);
+            accel.occluded_lanes(block.shadow_ray_lanes, &mut block.shadow, false);
         }
         add_light(&mut self.blocks);
     }

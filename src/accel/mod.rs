@@ -307,13 +307,19 @@ impl Accel {
         }
     }
 
-    /// Tests the ray of every active lane for occlusion, independently of the other lanes: sets the ends of occluded rays
-    /// to minus infinity. A ray that is not finite is not occluded.
-    pub fn occluded_lanes(&self, active: &ActiveLanes<LANES>, rays: &mut RayLanes<LANES>) {
+    /// Tests the ray of every active lane for occlusion: sets the ends of occluded rays to minus infinity. A ray that is not
+    /// finite is not occluded. If the rays are not flagged as coherent, the result of one does not depend on the others.
+    #[cfg_attr(not(feature = "embree"), allow(unused_variables))] // obvhs has no packets
+    pub fn occluded_lanes(
+        &self,
+        active: &ActiveLanes<LANES>,
+        rays: &mut RayLanes<LANES>,
+        coherent: bool,
+    ) {
         let active = rays.finite(active);
         match self {
             #[cfg(feature = "embree")]
-            Self::Embree(accel) => accel.occluded_lanes(active, rays),
+            Self::Embree(accel) => accel.occluded_lanes(active, rays, coherent),
             Self::Obvhs(accel) => {
                 for lane in active.each() {
                     let (ray, time) = rays.get(lane);

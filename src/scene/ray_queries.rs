@@ -137,12 +137,14 @@ impl Scene {
         visible
     }
 
-    /// Returns the transmittance along the shadow ray of each active lane; 0 for the others.
+    /// Returns the transmittance along the shadow ray of each active lane; 0 for the others. Of rays that are flagged as coherent,
+    /// the result of one may depend on the others.
     #[inline]
     pub fn visibilities<E: Effects>(
         &self,
         active: &ActiveLanes<LANES>,
         rays: &mut RayLanes<LANES>,
+        coherent: bool,
     ) -> Lanes<f32> {
         let mut visible = [0.0; LANES];
         if self.has_alpha::<E>() {
@@ -152,7 +154,7 @@ impl Scene {
             }
             return visible;
         }
-        self.accel.occluded_lanes(active, rays);
+        self.accel.occluded_lanes(active, rays, coherent);
         for (lane, visible) in visible.iter_mut().enumerate() {
             let is_visible = active.has(lane) & (rays.t_max[lane] >= 0.0);
             *visible = if is_visible { 1.0 } else { 0.0 };

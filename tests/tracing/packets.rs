@@ -42,7 +42,7 @@ fn traced(accel: &Accel, rays: &[SampleRange]) -> Vec<(Option<Hit>, bool)> {
     // Hits of an earlier packet, to be overwritten.
     packet.hits.geometry = [0; LANES];
     accel.intersect_lanes(&active, &mut packet, &excluded, false);
-    accel.occluded_lanes(&active, &mut shadow);
+    accel.occluded_lanes(&active, &mut shadow, false);
     lanes
         .map(|lane| (packet.hit(lane), shadow.t_max[lane] < 0.0))
         .collect()

@@ -165,8 +165,14 @@ impl EmbreeAccel {
         }
     }
 
-    /// Tests every active lane for occlusion.
-    pub fn occluded_lanes(&self, active: ActiveLanes<LANES>, rays: &mut RayLanes<LANES>) {
+    /// Tests every active lane for occlusion. If the rays are not flagged as coherent, the result of one does not depend on the
+    /// others.
+    pub fn occluded_lanes(
+        &self,
+        active: ActiveLanes<LANES>,
+        rays: &mut RayLanes<LANES>,
+        coherent: bool,
+    ) {
         match self.native_width(PacketWidth::Sixteen) {
             PacketWidth::One => {
                 for lane in active.each() {
@@ -179,18 +185,25 @@ impl EmbreeAccel {
             PacketWidth::Eight => {
                 for half in (0..LANES).step_by(8) {
                     let mut lanes: RayLanes<8> = rays.part(half);
-                    self.occluded_apart(active.part(half), &mut lanes);
+                    self.occluded_packet(active.part(half), &mut lanes, coherent);
                     rays.t_max[half..half + 8].copy_from_slice(&lanes.t_max);
                 }
             }
-            PacketWidth::Sixteen => self.occluded_apart(active, rays),
+            PacketWidth::Sixteen => self.occluded_packet(active, rays, coherent),
         }
     }
 
-    /// Tests rays for occlusion with so few active lanes per call that Embree traces them one at a time.
-    fn occluded_apart<const N: usize>(&self, active: ActiveLanes<N>, rays: &mut RayLanes<N>) {
-        let mut query = PacketQuery::new(false);
-        if active.count() <= planted!("shadow-rays-together", N, most_apart(N)) {
+    /// Tests a packet for occlusion; if it is not coherent, with so few active lanes per call that Embree traces them one at a
+    /// time.
+    fn occluded_packet<const N: usize>(
+        &self,
+        active: ActiveLanes<N>,
+        rays: &mut RayLanes<N>,
+        coherent: bool,
+    ) {
+        let mut query = PacketQuery::new(coherent);
+        let most = planted!("shadow-rays-together", N, most_apart(N));
+        if coherent || active.count() <= most {
             self.scene.occluded_packet(&active, rays, &mut query);
             return;
         }
@@ -276,7 +289,7 @@ mod tests {
                 let (active, mut packet) = packet(number, &mesh);
                 let mut shadow = packet.rays.clone();
                 accel.intersect_lanes(&active, &mut packet, false);
-                accel.occluded_lanes(active, &mut shadow);
+                accel.occluded_lanes(active, &mut shadow, false);
                 let hits: [Option<Hit>; LANES] = std::array::from_fn(|lane| packet.hit(lane));
                 (hits, shadow.t_max.map(|end| end < 0.0))
             };

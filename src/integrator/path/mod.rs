@@ -380,9 +380,9 @@ impl<S, O: PathObserver + ?Sized> PathWavefront<'_, S, O> {
         if !lights.shadow_ray_lanes.any() {
             return;
         }
-        let visible = self
-            .scene
-            .visibilities::<E>(&lights.shadow_ray_lanes, &mut lights.shadow);
+        let visible =
+            self.scene
+                .visibilities::<E>(&lights.shadow_ray_lanes, &mut lights.shadow, false);
         block.add_visible(&lights.shadow_ray_lanes, &lights.contribution, &visible);
         if self.observer.is_observing() {
             for lane in lights.shadow_ray_lanes.each() {

@@ -57,6 +57,10 @@ use crate::scene::interaction::lanes::InteractionLanes;
 use first_surfaces::{Connections, FirstSurfaces, rough_lanes};
 use rough::{LightAtRough, RoughSecondSurface, SeenSurface, is_positive, look_back, normalise};
 
+/// The least number of shadow rays to one point that are traced as a coherent packet. Measured: all 15 together take the time of
+/// about half of them alone (cornell-box: 0.73 of the whole render's time), three take longer (1.05).
+const MIN_COHERENT: usize = 8;
+
 /// The surfaces that sixteen pixels see, and the paths that they share.
 #[derive(Debug)]
 struct SharedPaths<E: Effects> {
@@ -310,7 +314,9 @@ impl<E: Effects> SharedPaths<E> {
         queried.set(path, false);
         let mut visible = [0.0; LANES];
         if queried.any() {
-            visible = scene.visibilities::<E>(&queried, rays);
+            // The same rays always form a packet, so that its results do not depend on anything else.
+            let coherent = queried.count() >= MIN_COHERENT;
+            visible = scene.visibilities::<E>(&queried, rays, coherent);
         }
         visible[path] = 1.0;
         for (pixel, visible) in visible.into_iter().enumerate() {

@@ -104,7 +104,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             lights.shadow_ray_lanes.set(lane, true);
             block.count_rays(lane, false, true);
         }
-        let visible = scene.visibilities::<E>(&lights.shadow_ray_lanes, &mut lights.shadow);
+        let visible = scene.visibilities::<E>(&lights.shadow_ray_lanes, &mut lights.shadow, false);
         for lane in lights.shadow_ray_lanes.each() {
             if visible[lane] > 0.0 {
                 let value = load::<Rgb>(&lights.contribution, lane) * visible[lane];

@@ -34,6 +34,12 @@ CONF
   slurmctld -f "$SLURM_CONF"; slurmd -f "$SLURM_CONF"
   for _ in 1 2 3 4 5 6 7 8 9 10; do sinfo -h -o %t 2>/dev/null | grep -q idle && break; sleep 1; done
   sinfo ;;
-stop) for d in slurmd slurmctld; do [ -f "$dir/$d.pid" ] && kill "$(cat "$dir/$d.pid")" || true; done; [ -f /run/munge/munged.pid ] && kill "$(cat /run/munge/munged.pid)" || true ;;
+stop)
+  for d in slurmd slurmctld; do
+    pid=$(cat "$dir/$d.pid" 2>/dev/null) && kill "$pid" 2>/dev/null || continue
+    # They write to DIR until they have ended.
+    for _ in 1 2 3 4 5 6 7 8 9 10; do kill -0 "$pid" 2>/dev/null || break; sleep 1; done
+  done
+  [ -f /run/munge/munged.pid ] && kill "$(cat /run/munge/munged.pid)" || true ;;
 *) sed -n 2,5p "$0"; exit 2 ;;
 esac

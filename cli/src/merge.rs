@@ -96,11 +96,15 @@ fn state_files(arguments: &MergeArguments) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// The files that are not damaged; the others are set aside.
+/// The files that are not damaged; the others are set aside. A file of another name is no shard, and stays where it is.
 fn without_damaged(files: Vec<PathBuf>) -> Result<Vec<PathBuf>> {
     let mut whole = vec![];
     for file in files {
-        match damaged::set_aside(&file)? {
+        let note = match is_state(&file) {
+            true => damaged::set_aside(&file)?,
+            false => None,
+        };
+        match note {
             Some(note) => say!("warning: {note}"),
             None => whole.push(file),
         }

@@ -64,7 +64,7 @@ pub struct MergeArguments {
     /// EXR files have the layers if the shards were rendered with --layers.
     #[arg(short, long = "out", value_name = "FILE", required = true)]
     pub out: Vec<PathBuf>,
-    /// Rename files that are damaged to FILE.damaged, and merge as if they were missing, as a job of a cluster has nobody to ask.
+    /// Rename damaged state files (.etd) to FILE.damaged, and merge as if they were missing, as a job of a cluster has nobody to ask.
     #[arg(long)]
     pub set_damaged_aside: bool,
     /// Merge what is there, although samples are missing.

@@ -268,7 +268,14 @@ fn damaged_shards_are_set_aside_on_request() {
         assert!(aside.stderr.contains(name), "{}", aside.stderr);
         assert!(std::fs::read(path(name)).expect(name) == bytes, "{name}");
     }
-    // Whole files are not renamed.
+    // Other files are not renamed, nor are whole ones.
+    let other = "merge small.toml part-0.etd -o it.pfm --set-damaged-aside";
+    fails(
+        &folder,
+        other,
+        INPUT_OUTPUT,
+        &["small.toml", "not a state file"],
+    );
     succeed(
         &folder,
         "merge -q part-0.etd part-2.etd -o it.pfm --partial --set-damaged-aside",

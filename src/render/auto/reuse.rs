@@ -36,10 +36,10 @@ const SEED: u64 = 0x7265_7573_6500;
 /// The least gain in a pilot for which paths are shared, since sharing correlates the noise of neighbours.
 const MIN_GAIN: f64 = 1.25;
 
-/// The cost of a shadow ray that shares a path, relative to that of a ray of a path. All that go to one point are one packet, and the
-/// first surfaces of sixteen pixels are evaluated together, however many of them share: so more of them cost less each.
-/// Measured: 1.1 to 2.3 in groups of 4 pixels, 0.3 to 0.6 in groups of 16 (cornell-box, also of principled surfaces,
-/// suzanne-room, frosted-block).
+/// The cost of a shadow ray that shares a path, relative to that of a ray of a path. The first surfaces of sixteen pixels are
+/// evaluated together, however many of them share, and only many rays are traced as a packet.
+/// Measured: 1.1 to 2.1 in groups of 4 pixels, 0.3 to 0.6 in groups of 16 (cornell-box, also of principled surfaces, and
+/// suzanne-room).
 fn sharing_ray(reuse: PathReuse) -> f64 {
     match reuse {
         PathReuse::Off => 0.0,

@@ -11,8 +11,9 @@
 # see SCENE. It gets `image.exr`, a `part-A..B.etd` and a log for each shard, `report.json` of the last merge, and at last
 # the file `done`, or `failed` with the reason. All of it is kept between jobs in files: `settings` (the environment below),
 # `command` (scene and flags, one a line), `round` (the ranges of samples of the current array, one a line), `spp`, `shards`,
-# `tries`, `rounds`, `choices.json` (of pilots, for all shards); of an adaptive render, `pilot` (its samples) and `pilot.etd`. With
-# --adaptive, the pilot is the first round; its length follows from SPP, and it distributes the samples of all later rounds.
+# `tries`, `rounds`, `choices.json` (of pilots, for all shards); of an adaptive render, `pilot` (its samples), `pilot-spp` (SPP, which
+# its length follows from) and `pilot.etd`. With --adaptive, the pilot is the first round; it distributes the samples of all later
+# rounds.
 #
 # Environment: ETENDUE, the program (default: etendue). ERROR, the error to reach, such as 1%. ROUNDS, how often samples are
 # added to reach it (default: 8). IMAGE, the output (default: FOLDER/image.exr). TRIES, how often shards that are missing are
@@ -104,14 +105,12 @@ fail() {
     exit 1
 }
 
-# Whether shards are missing, among them those of earlier rounds that a merge has set aside as damaged. Those of the pilot are not
-# rendered again, since its length follows from the number of samples of the first round.
+# Whether shards are missing, among them those of earlier rounds that a merge has set aside as damaged.
 is_incomplete() {
-    pilot=$(cat "$folder/pilot" 2>/dev/null || echo 0)
     for file in "$folder"/part-*.etd.damaged*; do
         range=${file##*/part-}
         range=${range%%.etd*}
-        if [ -e "$file" ] && [ ! -e "$folder/part-$range.etd" ] && [ "${range%%..*}" -ge "$pilot" ]; then
+        if [ -e "$file" ] && [ ! -e "$folder/part-$range.etd" ]; then
             grep -qxF "$range" "$folder/round" || echo "$range" >>"$folder/round"
         fi
     done
@@ -225,7 +224,7 @@ fi
 mkdir -p "$1"
 folder=$(cd "$1" && pwd)
 [ ! -e "$folder/round" ] || { echo "render.sh: $folder has a render already: render.sh $folder goes on with it" >&2; exit 2; }
-rm -f "$folder/pilot" "$folder/pilot.etd" "$folder/choices.json"
+rm -f "$folder/pilot" "$folder/pilot-spp" "$folder/pilot.etd" "$folder/choices.json"
 shards=$2
 # Rounds of four: later rounds begin where this one ends.
 spp=$((($3 + 3) / 4 * 4))
@@ -238,6 +237,7 @@ for word in "$@"; do
     --adaptive | --adaptive=two-phase)
         end=$(pilot_of "$spp")
         echo "$end" >"$folder/pilot"
+        echo "$spp" >"$folder/pilot-spp"
         ;;
     --spp* | --time* | --max-time* | --error* | --shard* | --pilot* | --checkpoint* | --every* | --resume* | --out* | -o* | \
         --denoise* | --exposure* | --confidence* | --stats* | --json | --threads* | -t* | --quiet | -q | --adaptive=greedy)

@@ -25,13 +25,17 @@ set --
 while IFS= read -r word; do
     set -- "$@" "$word"
 done <"$folder/command"
-if [ -e "$folder/pilot.etd" ]; then
+spp=$folder/spp
+pilot=$(cat "$folder/pilot" 2>/dev/null || echo 0)
+if [ "${range%%..*}" -lt "$pilot" ]; then
+    spp=$folder/pilot-spp
+elif [ -e "$folder/pilot.etd" ]; then
     set -- "$@" --pilot "$folder/pilot.etd"
 fi
 if [ -e "$checkpoint" ]; then
     set -- "$@" --resume "$checkpoint" --set-damaged-aside
 fi
 # The program takes the place of the shell, so that SIGTERM reaches it, and its checkpoint has all that was done.
-exec "${ETENDUE:-etendue}" render "$@" --spp "$(cat "$folder/spp")" --shard "$range" --out "$part" \
+exec "${ETENDUE:-etendue}" render "$@" --spp "$(cat "$spp")" --shard "$range" --out "$part" \
     --choices "$folder/choices.json" --checkpoint "$checkpoint" --every "${EVERY:-60s}" \
     --threads "${SLURM_CPUS_PER_TASK:-${SLURM_CPUS_ON_NODE:-1}}" --quiet

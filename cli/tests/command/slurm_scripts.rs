@@ -116,7 +116,11 @@ fn submit(folder: &SceneFolder, render: &Path, arguments: &str, error: &str) -> 
 /// A disk may damage a shard after its task has ended.
 #[test]
 fn damaged_shard_is_rendered_again() {
-    for (flags, shard) in [("", "part-0..16.etd"), ("--adaptive", "part-8..20.etd")] {
+    for (flags, shard) in [
+        ("", "part-0..16.etd"),
+        ("--adaptive", "part-0..4.etd"),
+        ("--adaptive", "part-8..20.etd"),
+    ] {
         let folder = with_sbatch(SMALL);
         let render = folder.path("render");
         let read = |name: &str| std::fs::read(folder.path(name)).expect(name);
@@ -133,9 +137,9 @@ fn damaged_shard_is_rendered_again() {
         bytes[middle] ^= 1;
         std::fs::write(render.join(shard), &bytes).expect("it is written");
         std::fs::write(folder.path("shards.pfm"), "").expect("it is written");
-        assert!(done("") == image, "{flags}");
+        assert!(done("") == image, "{flags} {shard}");
         let aside = std::fs::read(render.join(format!("{shard}.damaged")));
-        assert!(aside.expect("it is kept") == bytes, "{flags}");
+        assert!(aside.expect("it is kept") == bytes, "{flags} {shard}");
     }
 }
 

@@ -97,13 +97,14 @@ instructions: setup ## Counts instructions a sample, of the chosen kernel and of
 	@scripts/instructions.sh target/release/etendue
 	@scripts/instructions.sh target/release/etendue --kernel everything
 
+# By the profile of the tests, so that macros and build scripts are compiled once for both.
 check: setup ## Runs the gates: format, lints, documentation, without a warning.
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --workspace --all-targets -- -D warnings
-	$(CARGO) clippy --workspace --test accuracy --test soak -- -D warnings
-	$(CARGO) clippy --all-targets --no-default-features -- -D warnings
-	$(CARGO) clippy -p libetendue -p etendue --no-default-features -- -D warnings
-	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --no-deps
+	$(CARGO) clippy --profile test --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --profile test --workspace --test accuracy --test soak -- -D warnings
+	$(CARGO) clippy --profile test --all-targets --no-default-features -- -D warnings
+	$(CARGO) clippy --profile test -p libetendue -p etendue --no-default-features -- -D warnings
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --profile test --workspace --no-deps
 
 # Needs `rustup toolchain install nightly` and `cargo install cargo-fuzz`. What is new goes to
 # fuzz/found/, what breaks something to fuzz/artifacts/; its smallest form belongs in fuzz/corpus/.

@@ -3,6 +3,7 @@
 
 use crate::common::nightly::is_nightly;
 use crate::common::scene_folder::{SMALL, SceneFolder, in_repository};
+use crate::scene_formats::MITSUBA;
 use crate::support::succeed;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -101,18 +102,19 @@ fn small() -> SceneFolder {
 
 #[test]
 fn c_client_renders_bit_identically_to_the_command() {
-    let folder = small();
+    let folder = SceneFolder::new([("small.toml", SMALL), ("room.xml", MITSUBA)]);
     let mut flags = sanitized(&folder);
     flags.push("-D_POSIX_C_SOURCE=200809L");
     let program = compile("cc", &flags, &source("client.c"), &folder);
-    let mut client = client(program, &folder);
-    let says = run(guarded(&mut client, &folder).args(["small.toml", "client.pfm"]));
+    let mut client = client(&program, &folder);
+    let files = ["small.toml", "client-1.pfm", "room.xml", "client-2.pfm"];
+    let says = run(guarded(&mut client, &folder).args(files));
     assert!(says.contains("all is well"));
-    succeed(
-        &folder,
-        "render small.toml --spp 4 --seed 7 --sampler independent --light-paths off -q -o command.pfm",
-    );
-    assert_same_files(&folder, "client.pfm", "command.pfm");
+    for pair in files.chunks(2) {
+        let flags = "--spp 4 --seed 7 --sampler independent --light-paths off -q -o command.pfm";
+        succeed(&folder, &format!("render {} {flags}", pair[0]));
+        assert_same_files(&folder, pair[1], "command.pfm");
+    }
 }
 
 fn assert_same_files(folder: &SceneFolder, a: &str, b: &str) {

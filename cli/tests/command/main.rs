@@ -28,6 +28,7 @@ mod non_finite;
 mod plan;
 mod price;
 mod render;
+mod scene_formats;
 mod shards;
 mod shared_cache;
 #[cfg(unix)]

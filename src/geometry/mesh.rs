@@ -9,6 +9,10 @@ use crate::math::bounds::Bounds;
 use crate::math::robust::{gamma, never_zero};
 use crate::math::vec::{Vec2, Vec3, Vec4, Vector};
 use crate::planted::planted;
+use rayon::prelude::*;
+
+/// The least number of triangles or vertices that is divided between threads: fewer take less time than that.
+pub const MIN_PER_THREAD: usize = 4096;
 
 /// A vertex with its attributes, in half a cache line. Its position comes first, where Embree reads it.
 #[derive(Debug, Clone, Copy)]
@@ -72,12 +76,13 @@ impl Mesh {
         assert!(indices.iter().flatten().all(|&i| (i as usize) < count));
         let used = indices.iter().flatten();
         let bounds = Bounds::around(used.map(|&i| positions[i as usize].as_dvec3()));
+        let of_vertices = positions.par_iter().with_min_len(MIN_PER_THREAD);
         let vertex = |(i, &position): (usize, &Vec3)| {
             let normal = normals.get(i).copied().unwrap_or(Vec3::ZERO);
             MeshVertex::new(position, normal, uvs.get(i).copied().unwrap_or(Vec2::ZERO))
         };
         Self {
-            vertices: positions.iter().enumerate().map(vertex).collect(),
+            vertices: of_vertices.enumerate().map(vertex).collect(),
             indices,
             has_normals: !normals.is_empty(),
             has_uvs: !uvs.is_empty(),

@@ -11,9 +11,11 @@ use super::placed::{NormalisedShape, TransformedAttributes, TransformedShape};
 use super::placement::{Placement, SceneLayout};
 use crate::error::Result;
 use crate::geometry::Geometry;
+use crate::geometry::mesh::MIN_PER_THREAD;
 use crate::geometry::world::Instance;
 use crate::math::bounds::Bounds;
 use crate::math::vec::DAffine3;
+use rayon::prelude::*;
 
 /// The largest distance, in normalised units. Farther away, areas times numbers of primitives overflow single precision,
 /// and obvhs builds its trees by these; beyond 2^60, Embree silently omits shapes.
@@ -24,8 +26,10 @@ fn has_huge_triangle(geometry: &Geometry) -> bool {
     let Geometry::Mesh(mesh) = geometry else {
         return false;
     };
-    (0..mesh.indices().len() as u32).any(|triangle| {
-        let [a, b, c] = mesh.triangle(triangle);
+    let triangles = (0..mesh.indices().len()).into_par_iter();
+    let triangles = triangles.with_min_len(MIN_PER_THREAD);
+    triangles.any(|triangle| {
+        let [a, b, c] = mesh.triangle(triangle as u32);
         !(b - a).cross(c - a).length_squared().is_finite()
     })
 }

@@ -8,9 +8,11 @@
 //! Range: any finite scene; the identity without primitives.
 //! Source: docs/accuracy.md, "Precision by construction". Tested below and in `tests/rendering/determinism.rs`.
 
+use crate::geometry::mesh::MIN_PER_THREAD;
 use crate::math::bounds::Bounds;
 use crate::math::vec::{DAffine3, DVec3, Vec3};
 use crate::planted::planted;
+use rayon::prelude::*;
 
 /// The map from world to normalised units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,16 +31,21 @@ impl Normalisation {
                 scale: 1.0,
             };
         }
-        let centre = DVec3::from_array(std::array::from_fn(|axis| {
-            median(boxes.iter().map(|b| b.centre()[axis]))
-        }));
+        let along = |axis: usize| median(boxes, |b| b.centre()[axis]);
+        let centre = if boxes.len() < MIN_PER_THREAD {
+            [0, 1, 2].map(along)
+        } else {
+            let (x, (y, z)) = rayon::join(|| along(0), || rayon::join(|| along(1), || along(2)));
+            [x, y, z]
+        };
+        let centre = DVec3::from_array(centre);
         let reach = |b: &Bounds| {
             (b.max - centre)
                 .abs()
                 .max((b.min - centre).abs())
                 .max_element()
         };
-        let unit = power_of_two_above(median(boxes.iter().map(reach)));
+        let unit = power_of_two_above(median(boxes, reach));
         Self {
             centre,
             scale: 1.0 / unit,
@@ -77,9 +84,10 @@ impl Normalisation {
     }
 }
 
-/// Returns the lower median of at least one number.
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
+/// Returns the lower median of a number of each of at least one box.
+fn median(boxes: &[Bounds], number: impl Fn(&Bounds) -> f64 + Send + Sync) -> f64 {
+    let boxes = boxes.par_iter().with_min_len(MIN_PER_THREAD);
+    let mut values: Vec<f64> = boxes.map(number).collect();
     let middle = (values.len() - 1) / 2;
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

@@ -8,10 +8,12 @@
 use super::description::{GeometryDescription, MeshDescription, ShapeDescription};
 use super::normalisation::Normalisation;
 use crate::error::Result;
-use crate::geometry::{Geometry, disk::Disk, mesh::Mesh, sphere::Sphere};
+use crate::geometry::mesh::{MIN_PER_THREAD, Mesh};
+use crate::geometry::{Geometry, disk::Disk, sphere::Sphere};
 use crate::math::bounds::Bounds;
 use crate::math::frame::Frame;
 use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A transformed shape.
@@ -58,11 +60,16 @@ impl PlacedMesh {
     fn normalised(&self, normalisation: &Normalisation) -> (Mesh, usize) {
         let description = &self.mesh;
         let to_normalised = |p: &DVec3| normalisation.point(self.transform.transform_point3(*p));
-        let positions: Vec<Vec3> = description.positions.iter().map(to_normalised).collect();
+        let positions = description
+            .positions
+            .par_iter()
+            .with_min_len(MIN_PER_THREAD);
+        let positions: Vec<Vec3> = positions.map(to_normalised).collect();
         let normals = if has_shading_normals(description) {
             let matrix = normal_matrix(&self.transform);
             let turned = |n: &DVec3| (matrix * *n).normalize_or_zero().as_vec3a();
-            description.normals.iter().map(turned).collect()
+            let normals = description.normals.par_iter().with_min_len(MIN_PER_THREAD);
+            normals.map(turned).collect()
         } else {
             vec![]
         };
@@ -73,7 +80,8 @@ impl PlacedMesh {
         let mirrored = self.transform.matrix3.determinant() < 0.0;
         let indices: Vec<[u32; 3]> = description
             .indices
-            .iter()
+            .par_iter()
+            .with_min_len(MIN_PER_THREAD)
             .filter(|t| has_area(t))
             // A mirroring transform reverses the winding: the outside stays outside.
             .map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] })
@@ -143,12 +151,18 @@ impl TransformedShape {
     pub fn boxes(&self) -> Vec<Bounds> {
         match self {
             Self::Mesh(placed) | Self::Rectangle(placed, _) => {
-                let indices = placed.mesh.indices.iter();
-                let triangles = indices.map(|t| t.map(|i| placed.position(i)));
-                triangles
-                    .filter(|[a, b, c]| (*b - *a).cross(*c - *a) != DVec3::ZERO)
-                    .map(Bounds::around)
-                    .collect()
+                let around = |t: &[u32; 3]| {
+                    let [a, b, c] = t.map(|i| placed.position(i));
+                    let is_degenerate = (b - a).cross(c - a) == DVec3::ZERO;
+                    match is_degenerate {
+                        true => Bounds::default(),
+                        false => Bounds::around([a, b, c]),
+                    }
+                };
+                let triangles = placed.mesh.indices.par_iter().with_min_len(MIN_PER_THREAD);
+                let mut boxes: Vec<Bounds> = triangles.map(around).collect();
+                boxes.retain(|bounds| !bounds.is_empty());
+                boxes
             }
             Self::Sphere { center, radius, .. } | Self::Disk { center, radius, .. } => {
                 let radius = DVec3::splat(*radius);
@@ -223,8 +237,9 @@ pub struct TransformedAttributes {
 /// Whether a mesh has shading normals that differ from its geometric ones: many exporters write normals for flat faces,
 /// too.
 pub fn has_shading_normals(mesh: &MeshDescription) -> bool {
+    let triangles = mesh.indices.par_iter().with_min_len(MIN_PER_THREAD);
     !mesh.normals.is_empty()
-        && mesh.indices.iter().any(|t| {
+        && triangles.any(|t| {
             let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
             let Some(ng) = (b - a).cross(c - a).try_normalize() else {
                 return false;

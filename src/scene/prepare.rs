@@ -40,7 +40,7 @@ pub struct Prepared {
     pub build_time: Duration,
 }
 
-/// Prepares a scene.
+/// Prepares a scene. Loops over the triangles of meshes run on rayon's current threads.
 ///
 /// # Errors
 /// A shape that cannot be transformed as described, insufficient memory, or an error of the acceleration structure's

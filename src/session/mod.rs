@@ -112,7 +112,7 @@ impl Session {
             scene,
             notes,
             build_time,
-        } = prepare(&description, options)?;
+        } = threads.run(|| prepare(&description, options))?;
         Ok(Self {
             filter: Filter::new(&description.film.filter),
             description,
@@ -300,7 +300,7 @@ impl Session {
             scene,
             notes,
             build_time,
-        } = prepare(&description, self.options)?;
+        } = self.threads.run(|| prepare(&description, self.options))?;
         (self.scene, self.notes) = (scene, notes);
         self.description = description;
         self.work.builds += 1;

@@ -11,7 +11,7 @@ use crate::math::vec::{Vec2, Vec3, Vec4, Vector};
 use crate::planted::planted;
 use rayon::prelude::*;
 
-/// The least number of triangles or vertices that is divided between threads: fewer take less time than that.
+/// The least number of triangles or vertices that a thread takes: the lists of small meshes are not divided between threads.
 pub const MIN_PER_THREAD: usize = 4096;
 
 /// A vertex with its attributes, in half a cache line. Its position comes first, where Embree reads it.

@@ -1,6 +1,7 @@
 //! Scenes in the formats of other programs, given to each verb that takes a scene.
 
 use crate::common::scene_folder::SceneFolder;
+use crate::convert::assert_converts_bit_identically;
 use crate::support::{measured, succeed};
 
 /// A room of Mitsuba of 24 x 16 pixels: a floor, a ball of glass, a lamp and a sky.
@@ -100,12 +101,7 @@ fn each_format_renders_as_its_converted_scene_does() {
     for scene in ["room.xml", "room.pbrt", "model.gltf", "model.ply"] {
         let plan = succeed(&folder, &format!("plan {scene} --size 24x16"));
         assert!(plan.stdout.contains("kernel"), "{scene}: {}", plan.stdout);
-        succeed(&folder, &format!("convert {scene} -o {scene}.toml -q"));
-        let flags = "--spp 4 --size 24x16 -q -o";
-        succeed(&folder, &format!("render {scene} {flags} a.pfm"));
-        succeed(&folder, &format!("render {scene}.toml {flags} b.pfm"));
-        let [a, b] = ["a.pfm", "b.pfm"].map(|name| std::fs::read(folder.path(name)));
-        assert_eq!(a.expect("written"), b.expect("written"), "{scene}");
+        assert_converts_bit_identically(&folder, scene);
     }
 }
 

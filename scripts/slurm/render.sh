@@ -117,11 +117,31 @@ is_incomplete() {
     [ -n "$(missing)" ]
 }
 
+# Merges the pilot again if all of its shards are there: a damaged pilot fails every shard of the later rounds.
+merge_pilot_again() {
+    [ -e "$folder/pilot.etd" ] || return 0
+    pilot=$(cat "$folder/pilot")
+    samples=0
+    set --
+    for part in "$folder"/part-*.etd; do
+        range=${part##*/part-}
+        range=${range%.etd}
+        if [ "${range%%..*}" -lt "$pilot" ]; then
+            set -- "$@" "$part"
+            samples=$((samples + ${range##*..} - ${range%%..*}))
+        fi
+    done
+    [ "$samples" = "$pilot" ] || return 0
+    "$etendue" merge --quiet "$@" --out "$folder/pilot.etd" ||
+        echo "the pilot stays as it is" >&2
+}
+
 # Submits what is missing again.
 try_again() {
     tries=$(($(cat "$folder/tries") - 1))
     [ "$tries" -ge 0 ] || fail "shards $(missing) are missing: see $folder/log-*.txt"
     echo "$tries" >"$folder/tries"
+    merge_pilot_again
     submit_again
 }
 

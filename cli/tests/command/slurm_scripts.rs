@@ -113,13 +113,14 @@ fn submit(folder: &SceneFolder, render: &Path, arguments: &str, error: &str) -> 
     submitted.expect("sh runs").into()
 }
 
-/// A disk may damage a shard after its task has ended.
+/// A disk may damage a shard after its task has ended, or the pilot, which is missed when another shard is lost.
 #[test]
 fn damaged_shard_is_rendered_again() {
-    for (flags, shard) in [
-        ("", "part-0..16.etd"),
-        ("--adaptive", "part-0..4.etd"),
-        ("--adaptive", "part-8..20.etd"),
+    for (flags, damaged, lost) in [
+        ("", "part-0..16.etd", None),
+        ("--adaptive", "part-0..4.etd", None),
+        ("--adaptive", "part-8..20.etd", None),
+        ("--adaptive", "pilot.etd", Some("part-8..20.etd")),
     ] {
         let folder = with_sbatch(SMALL);
         let render = folder.path("render");
@@ -132,14 +133,22 @@ fn damaged_shard_is_rendered_again() {
             read("shards.pfm")
         };
         let image = done(&format!("2 32 small.toml {flags}"));
-        let mut bytes = std::fs::read(render.join(shard)).expect("a shard");
-        let middle = bytes.len() / 2;
-        bytes[middle] ^= 1;
-        std::fs::write(render.join(shard), &bytes).expect("it is written");
+        let shard = std::fs::read(render.join(damaged)).expect("a state file");
+        let mut bytes = shard.clone();
+        bytes[shard.len() / 2] ^= 1;
+        std::fs::write(render.join(damaged), &bytes).expect("it is written");
         std::fs::write(folder.path("shards.pfm"), "").expect("it is written");
-        assert!(done("") == image, "{flags} {shard}");
-        let aside = std::fs::read(render.join(format!("{shard}.damaged")));
-        assert!(aside.expect("it is kept") == bytes, "{flags} {shard}");
+        for lost in lost {
+            std::fs::remove_file(render.join(lost)).expect("it was there");
+        }
+        assert!(done("") == image, "{flags} {damaged}");
+        if lost.is_some() {
+            let merged = std::fs::read(render.join(damaged)).expect("a state file");
+            assert!(merged == shard, "{flags} {damaged}");
+        } else {
+            let aside = std::fs::read(render.join(format!("{damaged}.damaged")));
+            assert!(aside.expect("it is kept") == bytes, "{flags} {damaged}");
+        }
     }
 }
 

@@ -31,7 +31,7 @@ demo: setup ## Renders the scenes cornell-box and suzanne-room to out/.
 	$(CARGO) run --release --quiet -- render scenes/suzanne-room/suzanne-room.toml \
 		--spp 80 -o $(OUT)/suzanne-room.exr -o $(OUT)/suzanne-room.png
 
-# Optimised by the profile `test` of Cargo.toml, as most tests are statistics over many samples.
+# Optimised by the profile `dev` of Cargo.toml, as most tests are statistics over many samples.
 test: setup ## Runs all tests.
 	$(CARGO) test --workspace
 	@scripts/not-tested.sh
@@ -97,14 +97,15 @@ instructions: setup ## Counts instructions a sample, of the chosen kernel and of
 	@scripts/instructions.sh target/release/etendue
 	@scripts/instructions.sh target/release/etendue --kernel everything
 
-# By the profile of the tests, so that macros and build scripts are compiled once for both.
+# All of the workspace, so that macros and build scripts are those of the tests; the last lint is of the library alone, without
+# `internals`.
 check: setup ## Runs the gates: format, lints, documentation, without a warning.
 	$(CARGO) fmt --all --check
-	$(CARGO) clippy --profile test --workspace --all-targets -- -D warnings
-	$(CARGO) clippy --profile test --workspace --test accuracy --test soak -- -D warnings
-	$(CARGO) clippy --profile test --all-targets --no-default-features -- -D warnings
-	$(CARGO) clippy --profile test -p libetendue -p etendue --no-default-features -- -D warnings
-	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --profile test --workspace --no-deps
+	$(CARGO) clippy --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --workspace --test accuracy --test soak -- -D warnings
+	$(CARGO) clippy --workspace --all-targets --no-default-features -- -D warnings
+	$(CARGO) clippy -p libetendue --no-default-features -- -D warnings
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --workspace --no-deps
 
 # Needs `rustup toolchain install nightly` and `cargo install cargo-fuzz`. What is new goes to
 # fuzz/found/, what breaks something to fuzz/artifacts/; its smallest form belongs in fuzz/corpus/.

@@ -9,7 +9,10 @@ use etendue::internals::film::Film;
 use etendue::internals::film::error_bars::ErrorBars;
 use etendue::internals::film::filter::Filter;
 use etendue::internals::image::metrics::rel_mse;
-use etendue::internals::render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
+use etendue::internals::integrator::reuse::PathReuse;
+use etendue::internals::render::settings::{
+    Budget, ErrorTarget, PathReuseRule, RenderSettings, SamplerKind,
+};
 use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::Scene;
 use etendue::internals::scene::description::SceneDescription;
@@ -40,6 +43,15 @@ pub fn settings(
         sampler,
         seed,
         ..RenderSettings::new(scene.film.size, spp)
+    }
+}
+
+/// The settings of a reference as accurate as at least `spp` samples per pixel of `path` alone in a room of rough surfaces: groups
+/// of 16 pixels share their paths, which lowers the variance of a sample more than eight times there (docs/accuracy.md).
+pub fn reference_settings(scene: &SceneDescription, spp: u64) -> RenderSettings {
+    RenderSettings {
+        reuse: PathReuseRule::Pixels(PathReuse::Sixteen),
+        ..settings(scene, SamplerKind::Sobol, 1000, spp / 8)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Tests of adaptive sampling of whole images: two-phase sampling has no bias and greedy sampling has, error bars are
 //! calibrated, and every image, adaptive or not, is the mean of the samples that its settings determine.
 
-use crate::common::error_bars::Coverage;
+use crate::common::error_bars::{Coverage, reference_settings};
 use crate::common::nightly::{is_nightly, samplers, samples_and_limit};
 use crate::common::room::with_metal_ball;
 use crate::common::scene::{film, ready};
@@ -154,14 +154,7 @@ fn two_phase_sampling_is_unbiased_and_greedy_is_biased() {
 fn unflagged_adaptive_error_bars_have_nominal_coverage() {
     let description = room_with_metal((32, 32), 1.0);
     let scene = ready(&description, Backend::ALL[0]);
-    let truth = RenderSettings {
-        adaptive: Adaptive::Off,
-        ..settings(
-            &description,
-            1000,
-            if is_nightly() { 1 << 13 } else { 1 << 12 },
-        )
-    };
+    let truth = reference_settings(&description, if is_nightly() { 1 << 13 } else { 1 << 12 });
     let truth = film(&scene, &description, &truth).develop();
     for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
         let settings = RenderSettings {
@@ -390,10 +383,7 @@ fn error_of(picture: &Image, truth: &Image) -> f64 {
 fn adaptive_sampling_meets_error_target_with_fewer_samples() {
     let description = room_with_metal((32, 32), 0.3);
     let scene = ready(&description, Backend::ALL[0]);
-    let truth = RenderSettings {
-        adaptive: Adaptive::Off,
-        ..settings(&description, 1000, 1 << 13)
-    };
+    let truth = reference_settings(&description, 1 << 13);
     let truth = film(&scene, &description, &truth).develop();
     let target = 0.05;
     // If each render reaches the target with probability 95 %, fewer than 12 of 16 do so with probability 1e-3, and fewer than 5

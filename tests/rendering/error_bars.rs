@@ -4,7 +4,7 @@
 //! variable. Bars of whole images are compared with images of many more samples.
 
 use crate::common::closed_forms::parallel_rectangle;
-use crate::common::error_bars::{Coverage, TargetsReached, settings};
+use crate::common::error_bars::{Coverage, TargetsReached, reference_settings, settings};
 use crate::common::nightly::{is_nightly, samplers};
 use crate::common::room::{floor_below, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle};
@@ -88,7 +88,7 @@ fn room_with_metal(roughness: f64) -> SceneDescription {
     description
 }
 
-/// The reference film of the room with the roughest metal; rendered once for all tests, since it takes half a minute.
+/// The reference film of the room with the roughest metal; rendered once for all tests.
 static MATTE_ROOM: LazyLock<Film> = LazyLock::new(|| truth(1.0));
 
 /// The samples per pixel of the images.
@@ -96,13 +96,12 @@ fn spp() -> u64 {
     if is_nightly() { 256 } else { 64 }
 }
 
-/// A reference film of the room, with 64 times the samples of the images.
+/// A reference film of the room, worth 64 times the samples of the images.
 fn truth(roughness: f64) -> Film {
     let spp = 64 * spp();
     let description = room_with_metal(roughness);
     let scene = ready(&description, Backend::ALL[0]);
-    let truth = settings(&description, SamplerKind::Sobol, 1000, spp);
-    film(&scene, &description, &truth)
+    film(&scene, &description, &reference_settings(&description, spp))
 }
 
 /// The coverage of 20 images of a room, given the roughness of its metal and its reference film.

@@ -2,7 +2,7 @@
 //! errors are correct.
 
 use super::bidirectional::{compare_with_path, settings};
-use crate::common::error_bars::Coverage;
+use crate::common::error_bars::{Coverage, reference_settings};
 use crate::common::furnished::{glass, glossy, matte, outside, small_light};
 use crate::common::nightly::{is_nightly, one_in};
 use crate::common::room::room;
@@ -126,11 +126,7 @@ fn unflagged_error_bars_have_nominal_coverage() {
     let scene = matte();
     let ready = ready(&scene, Backend::ALL[0]);
     let long = if is_nightly() { 8192 } else { 1024 };
-    let path = RenderSettings {
-        seed: 999,
-        sampler: SamplerKind::Sobol,
-        ..settings(&scene, IntegratorKind::Path, 8 * long)
-    };
+    let path = reference_settings(&scene, 8 * long);
     let truth = film(&ready, &scene, &path).develop();
     let coverage = |spp, seeds| {
         let mut coverage = Coverage::default();

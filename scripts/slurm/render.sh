@@ -132,7 +132,8 @@ merge_pilot_again() {
         fi
     done
     [ "$samples" = "$pilot" ] || return 0
-    "$etendue" merge --quiet "$@" --out "$folder/pilot.etd" ||
+    # The samples after the pilot are missing.
+    "$etendue" merge --partial --quiet "$@" --out "$folder/pilot.etd" ||
         echo "the pilot stays as it is" >&2
 }
 

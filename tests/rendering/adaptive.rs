@@ -154,7 +154,7 @@ fn two_phase_sampling_is_unbiased_and_greedy_is_biased() {
 fn unflagged_adaptive_error_bars_have_nominal_coverage() {
     let description = room_with_metal((32, 32), 1.0);
     let scene = ready(&description, Backend::ALL[0]);
-    let truth = reference_settings(&description, if is_nightly() { 1 << 13 } else { 1 << 12 });
+    let truth = reference_settings(&description, 1 << 13);
     let truth = film(&scene, &description, &truth).develop();
     for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
         let settings = RenderSettings {

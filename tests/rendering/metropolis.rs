@@ -11,7 +11,7 @@ use etendue::internals::accel::Backend;
 use etendue::internals::film::filter::Filter;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::math::stats::Moments;
-use etendue::internals::render::settings::{RenderSettings, SamplerKind};
+use etendue::internals::render::settings::RenderSettings;
 use etendue::internals::render::{NullRenderObserver, render};
 use etendue::internals::scene::description::SceneDescription;
 

@@ -110,6 +110,8 @@ pub fn dispatch<D: IntegratorJob>(
     job: D,
 ) -> D::Output {
     match settings.integrator {
+        // The unit tests need no more than two kernels, and compile in less time with these alone.
+        #[cfg(not(test))]
         IntegratorKind::Path => kernel(scene, settings).run(With(job, path_with_all(settings))),
         _ => dispatch_to_matte_or_everything(scene, settings, cache, job),
     }

@@ -5,7 +5,7 @@
 
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::error_bars::{Coverage, TargetsReached, reference_settings, settings};
-use crate::common::nightly::{is_nightly, samplers};
+use crate::common::nightly::{is_nightly, one_in, samplers};
 use crate::common::room::{floor_below, with_metal_ball};
 use crate::common::scene::{film, ready, rectangle};
 use etendue::internals::accel::Backend;
@@ -40,7 +40,7 @@ fn error_bars_have_nominal_coverage_for_closed_forms() {
             SamplerKind::Sobol,
             SamplerKind::Stratified,
         ] {
-            for spp in [64, 512] {
+            for spp in one_in(2, 0, [64, 512]) {
                 let settings = RenderSettings {
                     max_bounces: Some(1),
                     ..settings(&description, sampler, 0, spp)
@@ -143,7 +143,7 @@ fn error_target_is_met_without_much_oversampling() {
     let description = room_with_metal(1.0);
     let scene = ready(&description, Backend::ALL[0]);
     for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
-        for target in [0.08, 0.06] {
+        for target in one_in(2, 0, [0.08, 0.06]) {
             let kept =
                 TargetsReached::of((&scene, &description), (sampler, target), 24, &MATTE_ROOM);
             println!("| {}, {target} |{kept}", sampler.name());

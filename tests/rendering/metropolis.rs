@@ -125,7 +125,7 @@ fn unlit_scene_fails_with_an_error_about_missing_light() {
 fn unflagged_error_bars_have_nominal_coverage() {
     let scene = matte();
     let ready = ready(&scene, Backend::ALL[0]);
-    let long = if is_nightly() { 8192 } else { 1024 };
+    let long = if is_nightly() { 8192 } else { 256 };
     let path = reference_settings(&scene, 8 * long);
     let truth = film(&ready, &scene, &path).develop();
     let coverage = |spp, seeds| {

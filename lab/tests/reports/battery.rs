@@ -78,11 +78,11 @@ fn every_case_passes_on_the_default_backend() {
     assert_passed(all_measured(), cases_to_measure().len());
 }
 
-/// Every eighth case, beginning with another one for each backend; and in `make nightly` every case. The hits of rays, which
+/// Every sixteenth case, beginning with another one for each backend; and in `make nightly` every case. The hits of rays, which
 /// differ from one backend to the next, are tested in `tests/tracing/` on all of them.
 #[test]
 fn cases_pass_on_every_other_backend() {
-    let step = if is_nightly() { 1 } else { 8 };
+    let step = if is_nightly() { 1 } else { 16 };
     for (index, &backend) in Backend::ALL.iter().enumerate().skip(1) {
         let cases = cases_to_measure().into_iter();
         let some: Vec<Case> = cases.skip(index % step).step_by(step).collect();

@@ -46,8 +46,8 @@ pub fn settings(
     }
 }
 
-/// The settings of a reference as accurate as at least `spp` samples per pixel of `path` alone in a room of rough surfaces: groups
-/// of 16 pixels share their paths, which lowers the variance of a sample more than eight times there (docs/accuracy.md).
+/// The settings of a reference about as accurate as `spp` samples per pixel of `path` alone in a room of rough surfaces: groups of
+/// 16 pixels share their paths, which lowers the variance of a sample about eight times there (docs/accuracy.md).
 pub fn reference_settings(scene: &SceneDescription, spp: u64) -> RenderSettings {
     RenderSettings {
         reuse: PathReuseRule::Pixels(PathReuse::Sixteen),

@@ -12,7 +12,7 @@ PREFIX ?= /usr/local
 PROFILE ?= release
 FUZZ_TARGETS ?= scene_toml obj mtl ply mitsuba_xml gltf pbrt image state
 
-.PHONY: help setup demo test mutants nightly install header battery bench studies against-mitsuba instructions check fuzz accuracy slurm soak clean
+.PHONY: help setup demo test mutants nightly install header albedo-tables battery bench studies against-mitsuba instructions check fuzz accuracy slurm soak clean
 .DEFAULT_GOAL := help
 
 help: ## Lists these targets.
@@ -73,6 +73,9 @@ header: ## Makes the C library's header anew, capi/include/etendue.h.
 	cd capi && cbindgen --quiet --config cbindgen.toml --output include/etendue.h.new .
 	sed -i 's|^// # Safety$$|// Pointers:|' capi/include/etendue.h.new
 	mv capi/include/etendue.h.new capi/include/etendue.h
+
+albedo-tables: setup ## Computes src/bsdf/albedo/tables.bin anew, after a change of the GGX model.
+	ALBEDO_TABLES=$(CURDIR)/src/bsdf/albedo/tables.bin $(CARGO) test --lib albedo::quadrature::the_tables
 
 # Every run has other random numbers; its report says which.
 battery: setup ## Runs the long battery of hard cases with exact answers; reports go to out/battery/.

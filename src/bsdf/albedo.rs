@@ -6,17 +6,19 @@
 //!
 //! Measure: fractions, without unit; means are cosine-weighted over the hemisphere.
 //! Range: mu in [0, 1], alpha in [`SMOOTH_ALPHA`, 1]; a smooth surface has [`AlbedoRow::smooth`]. Interpolated E is within
-//! 1.3e-3 of the exact value, B within 2.5e-3. The tables are built on first use, in some 40 ms.
-//! Source: Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks", for the idea of the tables. Tested
-//! below and in `tests/scattering/furnace.rs`.
+//! 1.3e-3 of the exact value, B within 2.5e-3.
+//! Source: Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks", for the idea of the tables. Computed and
+//! tested in `src/bsdf/albedo/quadrature.rs`; tested in `tests/scattering/furnace.rs`, too.
 
 use super::fresnel::schlick_weight;
-use super::microfacet::{Ggx, SMOOTH_ALPHA};
-use crate::math::functions::{exp, ln, powf};
+use super::microfacet::Ggx;
+use crate::math::functions::{exp, ln};
 use crate::math::trig::sin_cos_turns;
-use crate::math::vec::{Vec2, Vec3, reflect};
+use crate::math::vec::{Vec2, Vec3};
 use std::f32::consts::FRAC_1_PI;
-use std::sync::LazyLock;
+
+#[cfg(test)]
+mod quadrature;
 
 /// Nodes along mu.
 const NODES_MU: usize = 40;
@@ -77,10 +79,11 @@ struct AlbedoEntry {
     excess: f32,
 }
 
-type Row = [AlbedoEntry; NODES_MU];
+/// The number of entries of the table.
+const NODES: usize = NODES_ROUGHNESS * NODES_MU;
 
-/// The number of entries of the table, up to the next power of two: an index modulo this number needs no further check.
-const ENTRIES: usize = (NODES_ROUGHNESS * NODES_MU).next_power_of_two();
+/// [`NODES`] up to the next power of two: an index modulo this number needs no further check.
+const ENTRIES: usize = NODES.next_power_of_two();
 
 /// The rows of all roughnesses, one after the other.
 #[derive(Debug)]
@@ -133,7 +136,7 @@ impl AlbedoRow {
         }
     }
 
-    /// The row of a distribution; the first call builds the tables.
+    /// The row of a distribution.
     #[inline]
     pub fn new(ggx: &Ggx) -> Self {
         TABLES.row(ggx.alpha())
@@ -221,80 +224,48 @@ impl AlbedoEntry {
     }
 }
 
-/// The interpolated entry of a row at the coordinate `x` of mu.
-#[inline]
-fn look_up(row: &Row, x: f32) -> AlbedoEntry {
-    let (i, s) = split(x, NODES_MU);
-    row[i as usize].lerp(row[i as usize + 1], s)
-}
+/// Tables of the bytes that `make albedo-tables` writes: to compute them takes 50 ms, as long as to load many a scene.
+static TABLES: AlbedoTables = AlbedoTables::decode(include_bytes!("albedo/tables.bin"));
 
-/// Integrates the single scattering of `ggx` towards a direction of cosine `mu`, with `points` quadrature points.
-///
-/// Over visible normals the integrand is 1 - G2/G1 or its complement. The points are a Fibonacci lattice: `points` is a
-/// Fibonacci number and `step` its predecessor. The lattice is denser (cubically) towards tangential normals, where
-/// reflections go below the horizon. The integrand is symmetric about the plane of incidence.
-pub fn single_scatter(ggx: &Ggx, mu: f32, points: u32, step: u32) -> SingleScatter {
-    let wo = Vec3::new(((1.0 - mu) * (1.0 + mu)).max(0.0).sqrt(), 0.0, mu);
-    let (mut loss, mut schlick, mut total) = (0.0_f32, 0.0_f32, 0.0_f32);
-    for k in 0..points {
-        let v = (k as f32 + 0.5) / points as f32;
-        let azimuth = ((k * step % points) as f32 + 0.5) / points as f32;
-        let weight = v * v;
-        total += weight;
-        let m = ggx.sample_visible(wo, Vec2::new(0.5 * azimuth, 1.0 - v * v * v));
-        let wi = reflect(wo, m);
-        let shadowed = if wi.z > 0.0 {
-            ggx.shadowed(wo, wi)
-        } else {
-            1.0
-        };
-        loss += weight * shadowed;
-        schlick += weight * (1.0 - shadowed) * schlick_weight(wo.dot(m).min(1.0));
-    }
-    SingleScatter {
-        loss: loss / total,
-        schlick: schlick / total,
-    }
-}
+/// The bytes of all tables: pairs of numbers in single precision.
+const BYTES: usize = 8 * (NODES + NODES_MEAN);
 
-static TABLES: LazyLock<AlbedoTables> = LazyLock::new(AlbedoTables::build);
-
-/// The table of all roughnesses; the first call builds it.
+/// The table of all roughnesses.
 pub fn table() -> &'static AlbedoTable {
     &TABLES.entries
 }
 
 struct AlbedoTables {
-    entries: Box<AlbedoTable>,
+    entries: AlbedoTable,
     /// The means, with the loss divided by alpha^2: that ratio varies slowly.
-    means: Box<[SingleScatter; NODES_MEAN]>,
+    means: [SingleScatter; NODES_MEAN],
 }
 
 impl AlbedoTables {
-    fn build() -> Self {
+    /// Decodes the pairs of the entries, row by row, and of the means: little-endian numbers.
+    const fn decode(bytes: &[u8; BYTES]) -> Self {
         let mut tables = Self {
-            entries: Box::new(AlbedoTable {
+            entries: AlbedoTable {
                 root_loss: [0.0; ENTRIES],
                 excess: [0.0; ENTRIES],
-            }),
-            means: Box::new([SingleScatter::default(); NODES_MEAN]),
+            },
+            means: [SingleScatter {
+                loss: 0.0,
+                schlick: 0.0,
+            }; NODES_MEAN],
         };
-        for i in 0..NODES_ROUGHNESS {
-            let alpha = alpha_of_node(i, NODES_ROUGHNESS);
-            let ggx = Ggx::new(alpha);
-            for j in 0..NODES_MU {
-                let mu = mu_of_coordinate(j as f32 / (NODES_MU - 1) as f32, alpha);
-                let single = single_scatter(&ggx, mu, 377, 233);
-                let index = i * NODES_MU + j;
-                tables.entries.root_loss[index] = single.loss.sqrt();
-                tables.entries.excess[index] = single.schlick - schlick_weight(mu);
-            }
+        let (numbers, _) = bytes.as_chunks();
+        let mut i = 0;
+        while i < NODES {
+            tables.entries.root_loss[i] = f32::from_le_bytes(numbers[2 * i]);
+            tables.entries.excess[i] = f32::from_le_bytes(numbers[2 * i + 1]);
+            i += 1;
         }
-        for i in 0..NODES_MEAN {
-            let alpha = alpha_of_node(i, NODES_MEAN);
-            let mut mean = mean_of(alpha, &tables.interpolated(alpha));
-            mean.loss /= alpha * alpha;
-            tables.means[i] = mean;
+        let mut i = 0;
+        while i < NODES_MEAN {
+            tables.means[i].loss = f32::from_le_bytes(numbers[2 * (NODES + i)]);
+            tables.means[i].schlick = f32::from_le_bytes(numbers[2 * (NODES + i) + 1]);
+            i += 1;
         }
         tables
     }
@@ -326,34 +297,6 @@ impl AlbedoTables {
             pdf_scale: FRAC_1_PI / log,
         }
     }
-
-    fn interpolated(&self, alpha: f32) -> Row {
-        let (i, t) = split(coordinate_of_alpha(alpha), NODES_ROUGHNESS);
-        let entry = |i: u32, j: usize| self.entries.entry(i * NODES_MU as u32 + j as u32);
-        std::array::from_fn(|j| entry(i, j).lerp(entry(i + 1, j), t))
-    }
-}
-
-/// Computes 2 integral of `row` mu dmu with the same interpolation as lookups, so that compensation conserves energy up
-/// to rounding, not up to the table's error. Steps are geometric: `row` varies on the scale of alpha as well as of 1.
-fn mean_of(alpha: f32, row: &Row) -> SingleScatter {
-    const STEPS: u16 = 256;
-    let lowest = 0.01 * alpha;
-    let mu_at = |k: f32| powf(lowest, 1.0 - k / f32::from(STEPS));
-    let (mut loss, mut schlick) = (0.0_f64, 0.0_f64);
-    let mut mu2_low = 0.0_f64;
-    for k in 0..STEPS {
-        let mu2_high = f64::from(mu_at(f32::from(k) + 1.0)).powi(2);
-        let weight = mu2_high - mu2_low;
-        mu2_low = mu2_high;
-        let entry = look_up(row, coordinate_of_mu(mu_at(f32::from(k) + 0.5), alpha));
-        loss += weight * f64::from(entry.root_loss).powi(2);
-        schlick += weight * f64::from(entry.excess);
-    }
-    SingleScatter {
-        loss: loss as f32,
-        schlick: schlick as f32 + 1.0 / 21.0,
-    }
 }
 
 /// The table's coordinate of mu, in [0, 1]. At grazing angles the tabulated functions vary on the scale of mu = alpha.
@@ -362,20 +305,10 @@ fn coordinate_of_mu(mu: f32, alpha: f32) -> f32 {
     (mu * (1.0 + alpha) / (mu + alpha)).sqrt()
 }
 
-fn mu_of_coordinate(x: f32, alpha: f32) -> f32 {
-    let x = x * x;
-    (x * alpha / (1.0 + alpha - x)).min(1.0)
-}
-
 /// The table's coordinate of alpha, in [0, 1]: linear in roughness.
 #[inline]
 fn coordinate_of_alpha(alpha: f32) -> f32 {
     (alpha.sqrt() - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS)
-}
-
-fn alpha_of_node(i: usize, nodes: usize) -> f32 {
-    let roughness = MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * i as f32 / (nodes - 1) as f32;
-    (roughness * roughness).max(SMOOTH_ALPHA)
 }
 
 /// The cell that contains `x` in [0, 1], and the offset in it.
@@ -385,31 +318,4 @@ fn split(x: f32, nodes: usize) -> (u32, f32) {
     // Conversions of signed numbers are single instructions.
     let cell = (scaled as i32).min(nodes as i32 - 2);
     (cell as u32, scaled - cell as f32)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn albedo_tables_match_numerical_integration() {
-        let (mut worst_loss, mut worst_schlick) = (0.0_f32, 0.0_f32);
-        for i in 0..40 {
-            let roughness = 0.01 + 0.99 * (i as f32 + 0.37) / 40.0;
-            let ggx = Ggx::new(roughness * roughness);
-            let row = AlbedoRow::new(&ggx);
-            for j in 0..=40 {
-                let x = j as f32 / 40.0;
-                for mu in [x, mu_of_coordinate(x, ggx.alpha())] {
-                    let exact = single_scatter(&ggx, mu, 4181, 2584);
-                    let looked_up = row.at(mu);
-                    worst_loss = worst_loss.max((looked_up.loss - exact.loss).abs());
-                    worst_schlick = worst_schlick.max((looked_up.schlick - exact.schlick).abs());
-                }
-            }
-        }
-        println!("table error: E {worst_loss:.1e}, B {worst_schlick:.1e}");
-        assert!(worst_loss < 1.5e-3, "{worst_loss}");
-        assert!(worst_schlick < 2.5e-3, "{worst_schlick}");
-    }
 }

@@ -152,39 +152,50 @@ struct ObjParser {
 
 impl ObjParser {
     fn read(&mut self, line: usize, content: &str) -> Result<(), String> {
-        let mut words = content.split_whitespace();
+        let mut words = content.split_ascii_whitespace();
         let Some(keyword) = words.next() else {
             return Ok(());
         };
-        let rest = content.trim_start()[keyword.len()..].trim();
         match keyword {
-            "v" => self.vertex(0, "v", words, 3)?,
-            "vt" => self.vertex(1, "vt", words, 1)?,
-            "vn" => self.vertex(2, "vn", words, 3)?,
-            "f" => self.face(line, words)?,
-            "p" | "l" => self.obj.left_out += 1,
-            "o" | "g" | "usemtl" | "mtllib" if self.is_whole => {}
+            "v" => self.vertex(0, "v", words, 3),
+            "vt" => self.vertex(1, "vt", words, 1),
+            "vn" => self.vertex(2, "vn", words, 3),
+            "f" => self.face(line, words),
+            "p" | "l" => {
+                self.obj.left_out += 1;
+                Ok(())
+            }
+            _ if self.is_whole => Ok(()),
+            _ => self.name(
+                line,
+                keyword,
+                content.trim_ascii_start()[keyword.len()..].trim(),
+            ),
+        }
+    }
+
+    /// Reads the name of a group, material or library.
+    fn name(&mut self, line: usize, keyword: &str, name: &str) -> Result<(), String> {
+        match keyword {
             "o" | "g" => {
                 let next = self.groups.len();
-                let name = rest.to_owned();
-                self.group = Some(*self.groups.entry(name).or_insert(next));
+                self.group = Some(*self.groups.entry(name.to_owned()).or_insert(next));
                 if self.group == Some(next) {
-                    self.obj.groups.push(rest.to_owned());
+                    self.obj.groups.push(name.to_owned());
                 }
                 self.current = Default::default();
             }
-            "usemtl" if rest.is_empty() => return Err("usemtl without a name".to_owned()),
+            "usemtl" if name.is_empty() => return Err("usemtl without a name".to_owned()),
             "usemtl" => {
                 let next = self.materials.len();
-                let name = rest.to_owned();
-                self.material = Some(*self.materials.entry(name).or_insert(next));
+                self.material = Some(*self.materials.entry(name.to_owned()).or_insert(next));
                 if self.material == Some(next) {
-                    self.obj.materials.push((line, rest.to_owned()));
+                    self.obj.materials.push((line, name.to_owned()));
                 }
                 self.current = Default::default();
             }
-            "mtllib" if rest.is_empty() => return Err("mtllib without a file".to_owned()),
-            "mtllib" => self.obj.libraries.push((line, rest.to_owned())),
+            "mtllib" if name.is_empty() => return Err("mtllib without a file".to_owned()),
+            "mtllib" => self.obj.libraries.push((line, name.to_owned())),
             _ => {}
         }
         Ok(())
@@ -250,14 +261,18 @@ impl ObjParser {
         let part = self.part(line, complete);
         let faces = &mut self.obj.parts[part].faces;
         faces.push('f');
-        for [v, vt, vn] in &self.corners {
-            match complete {
-                [true, true] => write!(faces, " {v}/{vt}/{vn}"),
-                [true, false] => write!(faces, " {v}/{vt}"),
-                [false, true] => write!(faces, " {v}//{vn}"),
-                [false, false] => write!(faces, " {v}"),
+        let mut digits = itoa::Buffer::new();
+        for &[v, vt, vn] in &self.corners {
+            faces.push(' ');
+            faces.push_str(digits.format(v));
+            if complete[0] {
+                faces.push('/');
+                faces.push_str(digits.format(vt));
             }
-            .expect(INFALLIBLE);
+            if complete[1] {
+                faces.push_str(if complete[0] { "/" } else { "//" });
+                faces.push_str(digits.format(vn));
+            }
         }
         faces.push('\n');
         Ok(())
@@ -287,7 +302,7 @@ impl ObjParser {
 /// Parses a face's corner: `v`, `v/vt`, `v//vn` or `v/vt/vn`. Negative indices count back from the last vertex so far.
 fn corner(word: &str, counts: &[usize; 3]) -> Result<Corner, String> {
     let mut corner = [0; 3];
-    for (kind, part) in word.split('/').enumerate() {
+    for (kind, part) in word.split(|c| c == '/').enumerate() {
         let Some(what) = KINDS.get(kind) else {
             return Err(format!("too many slashes in `{}`", shown(word)));
         };
@@ -323,7 +338,7 @@ fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
     std::iter::from_fn(move || {
         let (number, first) = lines
             .by_ref()
-            .find(|(_, line)| !line.trim_start().starts_with('#'))?;
+            .find(|(_, line)| !line.trim_ascii_start().starts_with('#'))?;
         let Some(part) = continued(first) else {
             return Some((number, Cow::Borrowed(first)));
         };
@@ -343,7 +358,7 @@ fn logical_lines(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
 
 /// Returns the line without the backslash at its end; `None` if it has none.
 fn continued(line: &str) -> Option<&str> {
-    line.trim_end().strip_suffix('\\')
+    line.trim_ascii_end().strip_suffix('\\')
 }
 
 #[cfg(test)]

@@ -6,15 +6,15 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Prefixes of paths that belong to a user or a machine.
-const FOREIGN: [&str; 4] = ["/home/", "/root/", "/Users/", "/work/"];
+const FOREIGN: [&str; 5] = ["/home/", "/root/", "/tmp/", "/Users/", "/work/"];
 
 /// Folders that are not part of the sources.
 const NOT_OURS: [&str; 6] = [".git", ".embree", "target", "out", "found", "artifacts"];
 
 /// Extensions of text files.
-const TEXTS: [&str; 16] = [
+const TEXTS: [&str; 18] = [
     "rs", "md", "toml", "sh", "py", "c", "h", "cpp", "in", "mtl", "json", "lock", "svg", "xml",
-    "pbrt", "dict",
+    "pbrt", "dict", "obj", "txt",
 ];
 
 fn root() -> &'static Path {

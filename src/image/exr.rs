@@ -255,7 +255,7 @@ mod tests {
 
     #[test]
     fn metadata_is_written_as_typed_exr_attributes() {
-        let scene = "/tmp/sch\u{f6}n/\u{65e5}\u{672c}.toml";
+        let scene = "/schemes/sch\u{f6}n/\u{65e5}\u{672c}.toml";
         let options = WriteOptions {
             metadata: vec![
                 ("etendue.scene".into(), MetadataValue::Text(scene.into())),

@@ -2,8 +2,10 @@
 //! other in a cycle, at any depth of folders.
 //!
 //! Reads every path that begins with `crate::` or `super::` in the sources of all packages, `mod.rs` files and groups in braces
-//! included. Cargo itself rejects cycles of packages. The renderer calls no function whose bits the processor decides.
+//! included. Cargo itself rejects cycles of packages. The renderer calls no function whose bits the processor decides, and has at most
+//! 60 kernel instances.
 
+use etendue::internals::effects::Kernel;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -281,6 +283,27 @@ fn modules_have_no_import_cycles() {
         let wrong = circles(&package(sources));
         assert!(wrong.is_empty(), "{sources}: {wrong:#?}");
     }
+}
+
+/// The number of kernel instances: for each kernel and integrator one of each job (docs/architecture.md, "Effects").
+#[test]
+fn there_are_at_most_60_kernel_instances() {
+    let code: String = package("src").into_values().collect();
+    let count = |pattern: &str| code.matches(pattern).count();
+    let kernels = Kernel::ALL.len();
+    let integrators = count("run_matte_or_everything(kernel, With(job,");
+    let observed_jobs = count("dispatch::dispatch_to_matte_or_everything(");
+    let unobserved_jobs = count("IntegratorJob for ") - observed_jobs;
+    // All but the job that joins a job with its integrator.
+    let other_jobs = count("KernelJob for ") - 1;
+    assert!(integrators >= 5 && observed_jobs == 1 && unobserved_jobs == 2 && other_jobs >= 5);
+    let instances = unobserved_jobs * (kernels + 2 * (integrators - 1))
+        + observed_jobs * 2 * integrators
+        + other_jobs * 2
+        // First hits, whose kernel has every effect.
+        + 1;
+    println!("{instances} kernel instances");
+    assert!(instances <= 60, "{instances}");
 }
 
 #[test]

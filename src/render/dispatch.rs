@@ -1,8 +1,8 @@
 //! Dispatch, the one place where settings become types: the integrator and the kernel that run. Samplers are values, as
 //! numbers are drawn for many paths at once.
 //!
-//! `path` is compiled for every kernel. The other integrators, which exist to be compared with it, have two: the first,
-//! and the one with all effects.
+//! `path` is compiled for every kernel, every other integrator for two, to limit the number of instances: the first, and
+//! the one with all effects.
 //!
 //! Measure: none.
 //! Range: every combination of settings.

@@ -54,32 +54,19 @@ pub struct Film {
 impl Film {
     /// Builds an empty film over `window`, in square tiles of `tile_size` pixels.
     pub fn new(window: Window, tile_size: u32) -> Self {
-        let step = tile_size.max(1);
-        let starts = |from: u32, length: u32| (from..from + length).step_by(step as usize);
-        let mut tiles = Vec::new();
-        for y in starts(window.y, window.height) {
-            for x in starts(window.x, window.width) {
-                let tile = Window {
-                    x,
-                    y,
-                    width: step.min(window.x + window.width - x),
-                    height: step.min(window.y + window.height - y),
-                };
-                tiles.push(Tile {
-                    window: tile,
-                    pixels: vec![PixelSums::default(); tile.pixel_count() as usize],
-                    splatted: None,
-                    samples: 0,
-                    counts: None,
-                    rays: None,
-                });
-            }
-        }
+        let tiles = window.tiles(tile_size).map(|tile| Tile {
+            window: tile,
+            pixels: vec![PixelSums::default(); tile.pixel_count() as usize],
+            splatted: None,
+            samples: 0,
+            counts: None,
+            rays: None,
+        });
         Self {
             window,
-            tile_size: step,
+            tile_size: tile_size.max(1),
             border_size: 0,
-            tiles,
+            tiles: tiles.collect(),
             splats: None,
         }
     }

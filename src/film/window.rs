@@ -55,6 +55,21 @@ impl Window {
         rows.flat_map(move |y| columns.clone().map(move |x| [x, y]))
     }
 
+    /// The squares of `tile_size` pixels that divide the window, row by row; those at its right and lower edges may be smaller.
+    pub fn tiles(self, tile_size: u32) -> impl Iterator<Item = Self> + Send {
+        let step = tile_size.max(1);
+        let starts = |from: u32, length: u32| (from..from + length).step_by(step as usize);
+        let columns = starts(self.x, self.width);
+        starts(self.y, self.height).flat_map(move |y| {
+            columns.clone().map(move |x| Self {
+                x,
+                y,
+                width: step.min(self.x + self.width - x),
+                height: step.min(self.y + self.height - y),
+            })
+        })
+    }
+
     /// The window with `border_size` more pixels on each side.
     pub fn grown(self, border_size: u32) -> Self {
         Self {

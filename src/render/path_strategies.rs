@@ -16,10 +16,10 @@ use super::{RenderInput, Threads};
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::error::Result;
+use crate::film::Window;
 use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
 use crate::film::splats::{SplatList, Splats};
-use crate::film::{Film, Tile, Window};
 use crate::image::Image;
 use crate::integrator::light_paths::LightPathSplats;
 use crate::integrator::observer::PathObserver;
@@ -69,7 +69,6 @@ pub fn path_strategies(
         ..settings.clone()
     };
     let splats = PathStrategy::ALL.map(|_| Splats::new(settings.window));
-    let film = Film::new(settings.window, settings.tile_size);
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
     let integrator = dispatch::path_with_all(settings);
     let kernel = dispatch::kernel(input.scene, settings);
@@ -77,7 +76,7 @@ pub fn path_strategies(
         input: *input,
         splats: &splats,
         image: settings.window,
-        tiles: film.tiles(),
+        tile_size: settings.tile_size,
         spp,
         integrator,
         sampler: &sampler,
@@ -91,7 +90,7 @@ struct PathStrategiesJob<'a> {
     input: RenderInput<'a>,
     splats: &'a [Splats; 3],
     image: Window,
-    tiles: &'a [Tile],
+    tile_size: u32,
     spp: u64,
     integrator: PathIntegrator,
     sampler: &'a AnySampler,
@@ -113,8 +112,8 @@ impl KernelJob for PathStrategiesJob<'_> {
             },
         };
         // Every thread takes the next tile when it is done with one, and keeps its memory.
-        let tiles = self.tiles.iter().par_bridge();
-        tiles.for_each_init(new, |scratch, tile| self.tile(tile.window, scratch));
+        let tiles = self.image.tiles(self.tile_size).par_bridge();
+        tiles.for_each_init(new, |scratch, tile| self.tile(tile, scratch));
     }
 }
 

@@ -5,7 +5,7 @@
 //! it, with a noise of its own; weighted, all images sum to the render.
 //!
 //! Measure: radiance.
-//! Range: paths of a limited number of scattering events; 192 bytes a pixel for each strategy.
+//! Range: paths of a limited number of scattering events; 384 bytes a pixel for each strategy.
 //! Source: Veach 1997, figure 10.2. Tested in `tests/rendering/strategies.rs`.
 
 use super::dispatch;
@@ -16,10 +16,10 @@ use super::{RenderInput, Threads};
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
 use crate::error::{Error, Result};
+use crate::film::Window;
 use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
 use crate::film::splats::{Splats, Strategy};
-use crate::film::{Film, Tile, Window};
 use crate::image::Image;
 use crate::integrator::RayCounts;
 use crate::integrator::bidirectional::{Bidirectional, Contribution, SubpathScratch};
@@ -31,6 +31,9 @@ use crate::sampler::{AnySampler, Batches};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
+
+/// The contributions of a pixel that a thread collects before it adds them to the images, which other threads wait for.
+const MAX_CONTRIBUTIONS: usize = 4096;
 
 /// The largest number of scattering events of paths whose strategies are shown.
 const MAX_BOUNCES: u32 = 8;
@@ -85,13 +88,12 @@ pub fn strategies(
         spp,
         by_strategy: Mutex::default(),
     };
-    let film = Film::new(settings.window, settings.tile_size);
     let kernel = dispatch::kernel(input.scene, settings);
     let integrator = dispatch::bidirectional(settings, settings.window.pixel_count() as f64);
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
     let job = StrategiesJob {
         splats: &splats,
-        tiles: film.tiles(),
+        tile_size: settings.tile_size,
         integrator,
         sampler: &sampler,
     };
@@ -129,7 +131,7 @@ struct StrategySplats<'a> {
 /// The job of sampling tiles on rayon's current threads.
 struct StrategiesJob<'a> {
     splats: &'a StrategySplats<'a>,
-    tiles: &'a [Tile],
+    tile_size: u32,
     integrator: Bidirectional,
     sampler: &'a AnySampler,
 }
@@ -139,9 +141,9 @@ impl KernelJob for StrategiesJob<'_> {
 
     fn run<E: Effects>(self) {
         // Every thread takes the next tile when it is done with one, and keeps its memory.
-        let tiles = self.tiles.iter().par_bridge();
+        let tiles = self.splats.window.tiles(self.tile_size).par_bridge();
         tiles.for_each_init(TileScratch::<E>::default, |scratch, tile| {
-            self.tile(tile.window, scratch);
+            self.tile(tile, scratch);
         });
     }
 }
@@ -207,25 +209,28 @@ impl<'a> StrategiesJob<'a> {
                             contributions[lane].push(it);
                         },
                     );
+                    if contributions[lane].len() >= MAX_CONTRIBUTIONS {
+                        self.splats.add(block.pixel(lane), &mut contributions[lane]);
+                    }
                 }
             }
             for lane in lanes.each() {
-                self.splats.add(block.pixel(lane), &contributions[lane]);
-                contributions[lane].clear();
+                self.splats.add(block.pixel(lane), &mut contributions[lane]);
             }
         }
     }
 }
 
 impl StrategySplats<'_> {
-    fn add(&self, pixel: [u32; 2], contributions: &[Contribution]) {
+    /// Adds the contributions of samples of a pixel, and removes them from the list.
+    fn add(&self, pixel: [u32; 2], contributions: &mut Vec<Contribution>) {
         let mut by_strategy = self
             .by_strategy
             .lock()
             .expect("no thread panics while it holds this");
         // The sums are divided by the samples of all pixels, of which each pixel has one in `pixel_count`.
         let share = self.window.pixel_count() as f32;
-        for contribution in contributions {
+        for contribution in contributions.drain(..) {
             let new = || [0, 1].map(|_| Splats::new(self.window));
             let splats = by_strategy.entry(contribution.strategy).or_insert_with(new);
             let values = [contribution.unweighted, contribution.value()];

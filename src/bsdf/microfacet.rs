@@ -75,13 +75,8 @@ impl Ggx {
         (z * z + self.alpha2 * (x * x + y * y)).sqrt()
     }
 
-    /// G1(w) = 1 / (1 + Lambda(w)), the fraction of microfacets visible from `w`. Heitz 2014 eq. 43.
-    #[inline]
-    pub fn g1(&self, w: Vec3) -> f32 {
-        w.z * self.g1_over_cos(w)
-    }
-
-    /// G1(w) / cos, finite also where `w` is tangential.
+    /// G1(w) / cos with G1(w) = 1 / (1 + Lambda(w)), the fraction of microfacets visible from `w`; finite also where `w` is
+    /// tangential. Heitz 2014 eq. 43.
     #[inline]
     pub fn g1_over_cos(&self, w: Vec3) -> f32 {
         2.0 / (w.z + self.stretched_cos(w))

@@ -29,7 +29,6 @@ use crate::sampler::{Batches, hash};
 use crate::scene::Scene;
 use rayon::iter::ParallelIterator;
 use std::cmp::Reverse;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
@@ -46,7 +45,6 @@ pub(super) struct Run<'a> {
     first: u64,
     samples: AtomicU64,
     cancelled: AtomicBool,
-    totals: Mutex<Tally>,
 }
 
 /// The state of the error that is shown during a render.
@@ -74,7 +72,6 @@ impl<'a> Run<'a> {
             first: rendered.first,
             samples: AtomicU64::new(rendered.film.sample_count()),
             cancelled: AtomicBool::new(false),
-            totals: Mutex::default(),
         }
     }
 
@@ -108,7 +105,7 @@ impl<'a> Run<'a> {
                 is_reached = true;
                 break;
             }
-            self.pass(
+            let tally = self.pass(
                 film,
                 rendered.cache.as_ref(),
                 (allocate, &firsts),
@@ -116,6 +113,8 @@ impl<'a> Run<'a> {
                 &planner,
                 shown,
             );
+            rendered.rays += tally.rays;
+            rendered.rejected.merge(tally.rejected);
             if self.is_cancelled() {
                 break;
             }
@@ -224,9 +223,6 @@ impl<'a> Run<'a> {
     /// Records the complete passes in the state of the render.
     fn record(&self, rendered: &mut Rendered, planner: &PassPlanner, allocator: &SampleAllocator) {
         let settings = self.settings;
-        let totals = self.totals.lock();
-        let mut totals = totals.expect("no thread panics while it holds this");
-        let totals = std::mem::take(&mut *totals);
         rendered.spp = match settings.adaptive {
             Adaptive::Greedy => rendered.film.sample_count() / settings.window.pixel_count(),
             Adaptive::Off | Adaptive::TwoPhase => planner.spp(),
@@ -237,8 +233,6 @@ impl<'a> Run<'a> {
         rendered.is_uneven = settings.adaptive == Adaptive::TwoPhase
             && self.is_ahead(&rendered.film, allocator, planner.spp());
         rendered.elapsed = self.before + self.start.elapsed();
-        rendered.rays += totals.rays;
-        rendered.rejected.merge(totals.rejected);
         rendered.error_records = planner.error_records().to_vec();
         rendered.planner = Some(planner.state());
     }
@@ -270,7 +264,7 @@ impl<'a> Run<'a> {
         samples: u64,
         planner: &PassPlanner,
         shown: DisplayedError,
-    ) {
+    ) -> Tally {
         if self.settings.integrator == IntegratorKind::Metropolis {
             return self.chains(film, samples, planner, shown);
         }
@@ -314,18 +308,21 @@ impl<'a> Run<'a> {
             },
             tiles,
             is_cancelled: &|| self.is_cancelled(),
-            tile_done: &|tally, new_samples| {
-                self.merge_tally(tally);
-                self.report(planner, new_samples, shown);
-            },
+            tile_done: &|new_samples| self.report(planner, new_samples, shown),
         };
-        dispatch::dispatch(self.scene, self.settings, cache, job);
+        dispatch::dispatch(self.scene, self.settings, cache, job)
     }
 
     /// Runs one pass of Markov chains, with as many steps as there would be samples.
-    fn chains(&self, film: &mut Film, samples: u64, planner: &PassPlanner, shown: DisplayedError) {
+    fn chains(
+        &self,
+        film: &mut Film,
+        samples: u64,
+        planner: &PassPlanner,
+        shown: DisplayedError,
+    ) -> Tally {
         let (tiles, Some(splats)) = film.tiles_and_splats() else {
-            return;
+            return Tally::default();
         };
         let (settings, filter) = (self.settings, self.filter);
         let area = metropolis::film_area(settings.window, filter);
@@ -346,24 +343,20 @@ impl<'a> Run<'a> {
         let whole = planner.spp().saturating_mul(pixels);
         let begun = splats.sample_count().saturating_sub(whole);
         let seed = hash::combine(settings.seed, begun);
-        metropolis::batches().for_each(|batch| {
-            for round in rounds.clone() {
+        let tallies = metropolis::batches().map(|batch| {
+            let rounds = rounds.clone().map(|round| {
                 let seed = hash::combine(seed, self.first / BATCHES + round);
-                let tally = context.batch(batch, seed, pixels, &walked);
-                self.merge_tally(tally);
-            }
+                context.batch(batch, seed, pixels, &walked)
+            });
+            rounds.fold(Tally::default(), Tally::merged)
         });
+        let tally = tallies.reduce(Tally::default, Tally::merged);
         if !self.is_cancelled() {
             for tile in tiles {
                 tile.samples += samples;
             }
         }
-    }
-
-    fn merge_tally(&self, tally: Tally) {
-        let totals = self.totals.lock();
-        let mut totals = totals.expect("no thread panics while it holds this");
-        totals.merge(tally);
+        tally
     }
 
     /// Whether the render is cancelled; once the observer has said so, it is not asked again.

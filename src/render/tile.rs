@@ -107,26 +107,28 @@ pub struct PassJob<'a> {
     /// Whether to begin no further tile.
     pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
     /// Called after each tile, with the number of its samples.
-    pub tile_done: &'a (dyn Fn(Tally, u64) + Sync),
+    pub tile_done: &'a (dyn Fn(u64) + Sync),
 }
 
 impl IntegratorJob for PassJob<'_> {
-    type Output = ();
+    type Output = Tally;
 
-    fn run<E: Effects, I: Integrator>(self, integrator: I) {
+    fn run<E: Effects, I: Integrator>(self, integrator: I) -> Tally {
         let source = self.source;
         let reaches = |film| source.reaches(film);
         let new = || TileSampler::<E, I>::new(source, integrator, &reaches);
         // Every thread takes the next tile when it is done with one, and keeps its memory.
         let tiles = self.tiles.into_iter().par_bridge();
-        tiles.for_each_init(new, |sampler, (tile, sample_range)| {
+        let tallies = tiles.map_init(new, |sampler, (tile, sample_range)| {
             if (self.is_cancelled)() {
-                return;
+                return Tally::default();
             }
             let samples = sample_range.sample_count(tile);
             let tally = sampler.tile(tile, sample_range, &mut NullPathObserver);
-            (self.tile_done)(tally, samples);
+            (self.tile_done)(samples);
+            tally
         });
+        tallies.reduce(Tally::default, Tally::merged)
     }
 }
 

@@ -22,7 +22,7 @@ mod record;
 
 use super::indirect::Indirect;
 use super::path::PathIntegrator;
-use super::{CameraRay, RayCounts, technique::Weighted};
+use super::{CameraRay, RayCounts};
 use crate::accel::Hit;
 use crate::bsdf::Bsdf;
 use crate::effects::Effects;
@@ -231,6 +231,3 @@ impl CacheLookup<'_> {
         Some(LookupResult::New(record, rays))
     }
 }
-
-/// The path tracer with indirect light from a cache.
-pub type CachedPath<'a> = PathIntegrator<Weighted, Cached<'a>>;

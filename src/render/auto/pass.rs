@@ -7,7 +7,6 @@
 use super::super::dispatch;
 use super::super::sample_wavefront::CameraRaySource;
 use super::super::settings::{Adaptive, Budget, RenderSettings, SamplerKind};
-use super::super::tally::Tally;
 use super::super::tile::{PassJob, SampleRange, SampleSource};
 use super::super::{RenderObserver, Threads};
 use crate::error::Result;
@@ -20,7 +19,6 @@ use crate::integrator::RayCounts;
 use crate::math::plane::Plane;
 use crate::sampler::Batches;
 use crate::scene::Scene;
-use std::sync::Mutex;
 
 /// The settings of a pilot for a choice that the settings of a render leave open.
 pub fn pilot_settings(settings: &RenderSettings, seed: u64, spp: u64) -> RenderSettings {
@@ -55,7 +53,6 @@ pub fn take_samples(
     let filter = Filter::new(&FilterDescription { kind, radius });
     let sampler = dispatch::sampler(settings, Batches::new(BATCHES));
     let spp = settings.budget.spp.unwrap_or_default();
-    let tally = Mutex::new(Tally::default());
     let job = PassJob {
         source: SampleSource {
             rays: CameraRaySource {
@@ -72,15 +69,9 @@ pub fn take_samples(
             .map(|tile| (tile, SampleRange::Same(0..spp)))
             .collect(),
         is_cancelled: &|| observer.is_cancelled(),
-        tile_done: &|of_tile, _| {
-            let mut tally = tally.lock().expect("no thread panics while it adds counts");
-            tally.merge(of_tile);
-        },
+        tile_done: &|_| (),
     };
-    threads.run(|| dispatch::dispatch(scene, settings, None, job));
-    let tally = tally
-        .into_inner()
-        .expect("no thread panics while it adds counts");
+    let tally = threads.run(|| dispatch::dispatch(scene, settings, None, job));
     Ok(tally.rays)
 }
 

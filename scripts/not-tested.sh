@@ -19,4 +19,4 @@ echo 'int main(void) { return 0; }' | cc -fsanitize=address -x c - -o /dev/null 
     left_out "clients with AddressSanitizer" "a C compiler with it"
 [ "$(id -u)" = 0 ] || left_out "checkpoints on a full disk" "root"
 command -v sbatch >/dev/null || left_out "job arrays, by make slurm" "slurm-wlm"
-/sbin/ldconfig -p 2>/dev/null | grep -q OpenImageDenoise || left_out "renders filtered by it" "Open Image Denoise"
+[ -n "${OIDN_DIR:-}" ] || /sbin/ldconfig -p 2>/dev/null | grep -qE 'libOpenImageDenoise\.so(\.2)? ' || left_out "renders filtered by it" "Open Image Denoise"

@@ -82,6 +82,7 @@ mod state;
 
 pub use accel::{AccelOptions, Backend, Precision, Quality};
 pub use effects::kernel::Kernel;
+pub use effects::{Effect, EffectSet};
 pub use error::{Error, ErrorKind, Result};
 pub use film::error_bars::ErrorBars;
 pub use film::filter::FilterSampling;
@@ -92,6 +93,7 @@ pub use image::metrics::rel_mse;
 pub use image::{
     ColourSpace, Image, Layer, LayeredImage, MAX_SIDE, MetadataValue, WriteOptions, write,
 };
+pub use integrator::RayCounts;
 pub use integrator::kind::IntegratorKind;
 pub use integrator::light_paths::LightPathShare;
 pub use integrator::reuse::PathReuse;
@@ -103,7 +105,8 @@ pub use render::auto::{LightPathChoice, PathChoices, PathReuseChoice, Recommenda
 pub use render::options::RenderOptions;
 pub use render::settings::{Adaptive, BounceLimit, LightPathRule, PathReuseRule};
 pub use render::settings::{Budget, ErrorTarget, RenderSettings, SamplerKind};
-pub use render::{CONFIDENCE, NullRenderObserver, Progress, RenderObserver, Rendered};
+pub use render::{CONFIDENCE, NullRenderObserver, Progress, RenderObserver};
+pub use render::{NonFiniteSample, Predicted, Price, Rejected, Rendered};
 pub use sampling::warp::sample_hemisphere_cosine;
 pub use scene::description;
 pub use scene::footprint::mesh_build_memory;

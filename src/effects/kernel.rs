@@ -95,6 +95,7 @@ macro_rules! kernels {
             }
 
             /// Runs a job with the kernel as a type parameter.
+            #[doc(hidden)]
             #[inline]
             pub fn run<J: KernelJob>(self, job: J) -> J::Output {
                 match self {
@@ -164,6 +165,7 @@ kernels! {
 
 impl Kernel {
     /// The kernel with the fewest effects that has all of the given ones.
+    #[doc(hidden)]
     pub fn smallest_for(effects: EffectSet) -> Self {
         Self::smallest_of(Self::ALL.iter().copied(), effects)
     }
@@ -172,6 +174,7 @@ impl Kernel {
     ///
     /// # Panics
     /// If none of them has all.
+    #[doc(hidden)]
     pub fn smallest_of(kernels: impl Iterator<Item = Self>, effects: EffectSet) -> Self {
         let fitting = kernels.filter(|k| k.effects().contains(effects));
         fitting

@@ -72,6 +72,7 @@ impl Film {
     }
 
     /// Builds an empty film of a layout.
+    #[doc(hidden)]
     pub fn of_layout(layout: &FilmLayout) -> Self {
         let mut film = Self::new(layout.window, layout.tile_size).with_border(layout.border_size);
         if layout.has_splats {
@@ -85,6 +86,7 @@ impl Film {
 
     /// Lets each sample contribute to the pixels at most `border_size` rows and columns away from its own; with 0, to its own
     /// alone.
+    #[doc(hidden)]
     pub fn with_border(mut self, border_size: u32) -> Self {
         self.border_size = border_size;
         if border_size > 0 {
@@ -98,12 +100,14 @@ impl Film {
     }
 
     /// Adds a buffer for the splats of light paths.
+    #[doc(hidden)]
     pub fn with_splats(mut self) -> Self {
         self.splats = Some(Splats::new(self.window));
         self
     }
 
     /// Adds counts of samples and rays for each pixel.
+    #[doc(hidden)]
     pub fn with_counts(mut self) -> Self {
         for tile in &mut self.tiles {
             tile.counts = Some(vec![0; tile.pixels.len()]);
@@ -128,6 +132,7 @@ impl Film {
     }
 
     /// The estimator of the filter by the samples of the film.
+    #[doc(hidden)]
     pub fn filter_sampling(&self) -> FilterSampling {
         match self.border_size {
             0 => FilterSampling::Importance,
@@ -136,26 +141,31 @@ impl Film {
     }
 
     /// The tiles.
+    #[doc(hidden)]
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles
     }
 
     /// The tiles, mutable.
+    #[doc(hidden)]
     pub fn tiles_mut(&mut self) -> &mut [Tile] {
         &mut self.tiles
     }
 
     /// The tiles, mutable, and the buffer that light paths splat to at the same time.
+    #[doc(hidden)]
     pub fn tiles_and_splats(&mut self) -> (&mut [Tile], Option<&Splats>) {
         (&mut self.tiles, self.splats.as_ref())
     }
 
     /// The tiles and the splats of light paths, both mutable.
+    #[doc(hidden)]
     pub fn parts_mut(&mut self) -> (&mut [Tile], Option<&mut Splats>) {
         (&mut self.tiles, self.splats.as_mut())
     }
 
     /// The splats of light paths.
+    #[doc(hidden)]
     pub fn splats(&self) -> Option<&Splats> {
         self.splats.as_ref()
     }
@@ -200,12 +210,14 @@ impl Film {
     }
 
     /// The values of the window's pixels, given row by row, in the order of the tiles and their pixels.
+    #[doc(hidden)]
     pub fn in_tile_order<T: Copy>(&self, of_pixels: &[T]) -> Vec<T> {
         let pixels = self.tiles.iter().flat_map(|tile| tile.window.pixels());
         pixels.map(|pixel| of_pixels[self.index(pixel)]).collect()
     }
 
     /// Splits values in the order of [`in_tile_order`](Self::in_tile_order) by tile.
+    #[doc(hidden)]
     pub fn per_tile<'v, T>(&self, mut in_order: &'v [T]) -> impl Iterator<Item = &'v [T]> {
         self.tiles.iter().map(move |tile| {
             let (of_tile, others) = in_order.split_at(tile.window.pixel_count() as usize);

@@ -30,6 +30,7 @@ pub struct Rendered {
     /// samples are distributed uniformly.
     pub equivalent_spp: Option<f64>,
     /// The allocation of samples to the pixels of an adaptive render, once its pilot is over.
+    #[doc(hidden)]
     pub allocation: Option<Arc<Allocation>>,
     /// Whether the samples are a shard, to be merged with others.
     pub is_shard: bool,
@@ -50,10 +51,13 @@ pub struct Rendered {
     /// The pilot's forecast for the requested error.
     pub predicted: Option<Predicted>,
     /// The records of the error during the render.
+    #[doc(hidden)]
     pub error_records: Vec<ErrorRecord>,
     /// The state of the planner.
+    #[doc(hidden)]
     pub planner: Option<PlannerState>,
     /// The irradiance cache, if there is one.
+    #[doc(hidden)]
     pub cache: Option<IrradianceCache>,
 }
 

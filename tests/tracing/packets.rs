@@ -15,7 +15,7 @@ use etendue::internals::math::ray::Ray;
 use std::sync::Arc;
 
 /// A ray, its time, and the primitive that it leaves.
-type SampleRange = (Ray, f32, Option<ExcludedPrimitive>);
+type TestRay = (Ray, f32, Option<ExcludedPrimitive>);
 
 /// The ray without an end.
 fn endless(ray: &Ray) -> Ray {
@@ -26,7 +26,7 @@ fn endless(ray: &Ray) -> Ray {
 }
 
 /// The closest hit of each ray without its end, and whether the ray is occluded. The lanes are the last ones.
-fn traced(accel: &Accel, rays: &[SampleRange]) -> Vec<(Option<Hit>, bool)> {
+fn traced(accel: &Accel, rays: &[TestRay]) -> Vec<(Option<Hit>, bool)> {
     let (mut packet, mut excluded) = (RayHitLanes::default(), ExcludedLanes::NONE);
     let mut shadow = RayLanes::default();
     let mut active = ActiveLanes::NONE;
@@ -50,7 +50,7 @@ fn traced(accel: &Accel, rays: &[SampleRange]) -> Vec<(Option<Hit>, bool)> {
 
 /// Rays at vertices of a mesh, at its edges, and anywhere; from within, from outside, and one in 101 not finite: few enough that
 /// most packets have finite rays only.
-fn aimed(mesh: &Mesh, count: usize, rng: &mut TestRng) -> Vec<SampleRange> {
+fn aimed(mesh: &Mesh, count: usize, rng: &mut TestRng) -> Vec<TestRay> {
     let ray = |index: usize| {
         let reach = if index.is_multiple_of(2) { 0.5 } else { 1.5 };
         let mut from = reach * point(rng);

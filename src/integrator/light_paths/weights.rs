@@ -204,21 +204,21 @@ mod tests {
                 };
             }
             let (e, l) = (self.e, self.l);
-            let (to_light, to_camera, is_absorbing_side) = self.surfaces[0];
+            let (to_light, to_camera, is_delta) = self.surfaces[0];
             let q = to_light.pdf;
-            let last = if is_absorbing_side {
+            let last = if is_delta {
                 1.0
             } else {
                 vertex_ratio(to_camera, to_light)
             };
-            let nee_over_scattering = if is_absorbing_side { 0.0 } else { l / q };
+            let nee_over_scattering = if is_delta { 0.0 } else { l / q };
             let mut by_scattering = 0.0;
             if self.can_be_hit {
                 let among_two = 1.0 / (1.0 + nee_over_scattering * nee_over_scattering);
                 by_scattering = power_heuristic_with_third(among_two, e * ratio * last);
             }
             let mut by_nee = 0.0;
-            if !is_absorbing_side {
+            if !is_delta {
                 let scattering_over_nee = if self.can_be_hit { q / l } else { 0.0 };
                 let among_two = 1.0 / (1.0 + scattering_over_nee * scattering_over_nee);
                 let at_light = vertex_ratio(to_camera, DirectionPdf { pdf: l, ..to_light });

@@ -8,9 +8,7 @@
 pub mod allocation;
 mod greedy;
 
-use super::settings::{
-    ADAPTIVE_PILOT, Adaptive, MAX_SHARE_OF_PILOT, RenderSettings, SHARE_OF_PILOT,
-};
+use super::settings::{ADAPTIVE_PILOT, Adaptive, MIN_PILOT_DIVISOR, PILOT_DIVISOR, RenderSettings};
 use crate::film::Film;
 use allocation::Allocation;
 use std::ops::Range;
@@ -18,8 +16,8 @@ use std::sync::Arc;
 
 /// Whether a pilot of `level` samples per pixel, which has used up the share `used` of the budget, is long enough.
 fn is_over(level: u64, used: f64) -> bool {
-    let uses = |share: u64| used * share as f64 >= 1.0;
-    uses(MAX_SHARE_OF_PILOT) || (level >= ADAPTIVE_PILOT && uses(SHARE_OF_PILOT))
+    let uses = |divisor: u64| used * divisor as f64 >= 1.0;
+    uses(MIN_PILOT_DIVISOR) || (level >= ADAPTIVE_PILOT && uses(PILOT_DIVISOR))
 }
 
 /// The samples of the next pass.

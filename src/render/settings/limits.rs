@@ -11,12 +11,12 @@ use std::time::Duration;
 /// The samples per pixel of an adaptive render's pilot, where that is not too large a share.
 pub const ADAPTIVE_PILOT: u64 = 64;
 
-/// The pilot ends at the latest when one part in this many of the budget is used up ...
-pub const MAX_SHARE_OF_PILOT: u64 = 4;
+/// The budget over the largest pilot: a pilot ends at the latest when a fourth of the budget is used up.
+pub const MIN_PILOT_DIVISOR: u64 = 4;
 
-/// ... and continues up to one part in this many: a longer pilot estimates better, and no pixel gets fewer samples in
-/// the end.
-pub const SHARE_OF_PILOT: u64 = 16;
+/// The budget over the usual pilot of a long render: a pilot continues until a sixteenth of the budget is used up, because a
+/// longer pilot estimates better, and no pixel gets fewer samples in the end.
+pub const PILOT_DIVISOR: u64 = 16;
 
 /// The limits of a render, which stops at the first that is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -60,10 +60,10 @@ impl Budget {
             let long = if may_end_before {
                 0
             } else {
-                spp.div_ceil(SHARE_OF_PILOT)
+                spp.div_ceil(PILOT_DIVISOR)
             };
             ADAPTIVE_PILOT
-                .min(spp.div_ceil(MAX_SHARE_OF_PILOT))
+                .min(spp.div_ceil(MIN_PILOT_DIVISOR))
                 .max(long)
         });
         samples.max(1).next_multiple_of(BATCHES)

@@ -12,7 +12,7 @@ mod rules;
 mod validate;
 
 pub use choices::{Adaptive, BounceLimit, LightPathRule, PathReuseRule, SamplerKind};
-pub(super) use limits::{ADAPTIVE_PILOT, MAX_SHARE_OF_PILOT, SHARE_OF_PILOT};
+pub(super) use limits::{ADAPTIVE_PILOT, MIN_PILOT_DIVISOR, PILOT_DIVISOR};
 pub use limits::{Budget, ErrorTarget};
 pub use of_scene::DEFAULT_CACHE_ERROR;
 pub use validate::MAX_SPP;

@@ -286,9 +286,13 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
         let (factor, reflected) = match kind {
             SubpathKind::Camera => (sample.weight, sample.weight * eta2),
             SubpathKind::Light => {
-                let of_power = planted!("light-thinned-as-radiance", 1.0, eta2);
-                let of_power = if is_delta { of_power } else { 1.0 / forwards.0 };
-                let factor = scattering.to_camera * (scattering.adjoint * of_power);
+                let delta_scale = planted!("light-thinned-as-radiance", 1.0, eta2);
+                let scale = if is_delta {
+                    delta_scale
+                } else {
+                    1.0 / forwards.0
+                };
+                let factor = scattering.to_camera * (scattering.adjoint * scale);
                 (factor, factor)
             }
         };

@@ -76,11 +76,15 @@ pub fn build_geometry(
 pub fn instances(
     layout: &SceneLayout,
     normalisation: &Normalisation,
-    frames: &[Normalisation],
+    group_normalisations: &[Normalisation],
     groups: &[Vec<Geometry>],
 ) -> Result<Vec<Instance>> {
     let place = |placement: &Placement| {
-        let instance = instance(placement, normalisation, &frames[placement.group])?;
+        let instance = instance(
+            placement,
+            normalisation,
+            &group_normalisations[placement.group],
+        )?;
         let boxes = groups[placement.group].iter().map(Geometry::bounds);
         let boxes = boxes.map(|bounds| instance.bounds_of(&bounds));
         if boxes

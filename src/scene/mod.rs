@@ -64,7 +64,7 @@ pub struct Scene {
     pub lights: Lights,
     /// Bounding sphere of all shapes.
     pub bounding_sphere: BoundingSphere,
-    /// The shapes towards which light paths are sampled.
+    /// Spheres around the shapes that cast caustics, towards which light paths are sampled.
     pub caustic_targets: CausticTargets,
     /// Radiance of the constant environment; that of an environment map is returned by [`Lights::environment`].
     pub environment: Rgb,
@@ -93,11 +93,11 @@ struct PreparedCache {
     radius: f64,
     /// The effects that all objects but the camera require.
     objects: EffectSet,
-    /// The forms of the shapes that belong to no group.
-    still: Vec<TransformedAttributes>,
+    /// The transformed shapes that belong to no group.
+    ungrouped: Vec<TransformedAttributes>,
     /// The normalisation of each group.
-    frames: Vec<Normalisation>,
-    /// The forms of the shapes of each group.
+    group_normalisations: Vec<Normalisation>,
+    /// The transformed shapes of each group.
     groups: Vec<Vec<TransformedAttributes>>,
 }
 

@@ -66,22 +66,27 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let materials: Vec<Material> = materials
         .map(|material| Material::new(material, unit))
         .collect();
-    let (roots, still) = build_geometry(&layout.shapes, &roots, description, &normalisation)?;
+    let (roots, ungrouped) = build_geometry(&layout.shapes, &roots, description, &normalisation)?;
     let mut cache = PreparedCache {
         radius,
         objects: effects::of_objects(description, &layout),
-        still,
-        frames: groups.iter().map(|group| frame_of(group)).collect(),
+        ungrouped,
+        group_normalisations: groups.iter().map(|group| frame_of(group)).collect(),
         groups: vec![],
     };
     let mut members = Vec::with_capacity(groups.len());
-    let placed = groups.iter().zip(&cache.frames);
+    let placed = groups.iter().zip(&cache.group_normalisations);
     for (shapes, (group, frame)) in layout.groups.iter().zip(placed) {
         let (geometries, forms) = build_geometry(shapes, group, description, frame)?;
         members.push(geometries);
         cache.groups.push(forms);
     }
-    let instances = instances(&layout, &normalisation, &cache.frames, &members)?;
+    let instances = instances(
+        &layout,
+        &normalisation,
+        &cache.group_normalisations,
+        &members,
+    )?;
     let world = Arc::new(World::new(roots, members, instances));
     let building = Instant::now();
     let accel = Arc::new(Accel::build(Arc::clone(&world), options)?);

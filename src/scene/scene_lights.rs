@@ -54,7 +54,7 @@ impl SceneLights {
             emitters: Emitters::default(),
         };
         gathered.add_lights(normalisation, cache.radius);
-        let (roots, forms) = (world.geometries(), &cache.still);
+        let (roots, forms) = (world.geometries(), &cache.ungrouped);
         gathered.add_shapes(&layout.shapes, roots, forms, InstanceTransform::World);
         for (instance, placement) in world.instances().iter().zip(&layout.placements) {
             let transform = match instance.steps.as_slice() {
@@ -88,7 +88,7 @@ impl SceneLights {
 
     /// Returns notes for the user: one sentence each.
     pub(super) fn notes(&self, cache: &PreparedCache) -> Vec<String> {
-        let forms = cache.still.iter().chain(cache.groups.iter().flatten());
+        let forms = cache.ungrouped.iter().chain(cache.groups.iter().flatten());
         let dropped: usize = forms.map(|form| form.dropped).sum();
         let dropped =
             (dropped > 0).then(|| format!("{dropped} triangles without an area were left out"));

@@ -46,7 +46,12 @@ impl Scene {
         let layout = layout(description)?;
         let cache = &self.cache;
         let groups = self.world.groups();
-        let instances = instances(&layout, &self.normalisation, &cache.frames, groups)?;
+        let instances = instances(
+            &layout,
+            &self.normalisation,
+            &cache.group_normalisations,
+            groups,
+        )?;
         let world = Arc::new(self.world.with_instances(instances));
         let accel = Arc::new(self.accel.with_instances_of(Arc::clone(&world))?);
         let frame = (&self.normalisation, cache);

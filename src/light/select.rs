@@ -88,9 +88,9 @@ impl LightLanes {
     }
 }
 
-/// The light of the environment map along a direction.
+/// The radiance of the environment map along a direction, and its pdf.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EnvironmentSample {
+pub struct EnvironmentEval {
     /// The index of the light.
     pub light: u32,
     /// Its radiance.
@@ -291,10 +291,10 @@ impl Lights {
         &self,
         direction: Vec3,
         sampling: EnvironmentSampling,
-    ) -> Option<EnvironmentSample> {
+    ) -> Option<EnvironmentEval> {
         let (light, map) = self.map.as_ref()?;
         let (radiance, pdf) = map.eval(direction, sampling);
-        Some(EnvironmentSample {
+        Some(EnvironmentEval {
             light: *light,
             radiance,
             pdf,

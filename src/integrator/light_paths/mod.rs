@@ -122,7 +122,7 @@ impl LightPaths {
 
     /// The expected number of light paths for one sample of every pixel.
     #[inline]
-    pub fn over_film_density(self) -> f32 {
+    pub fn expected_count(self) -> f32 {
         self.share.number() * self.pixels as f32
     }
 }

@@ -104,7 +104,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let over_film_density = planted!(
             "light-paths-counted-per-pixel",
             self.light_paths.share.number(),
-            self.light_paths.over_film_density()
+            self.light_paths.expected_count()
         );
         let active = block.active;
         for lane in active.each() {

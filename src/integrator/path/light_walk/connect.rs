@@ -182,7 +182,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         } else {
             film.per_steradian
         };
-        let over_film_density = self.light_paths.over_film_density();
+        let over_film_density = self.light_paths.expected_count();
         let importance = planted!(
             "light-paths-without-importance",
             1.0,

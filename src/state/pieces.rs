@@ -20,8 +20,8 @@ const PIECE: usize = 1 << 23;
 /// The pieces that are read ahead.
 const AHEAD: usize = 2;
 
-/// An item that the reading thread hands over.
-enum Item {
+/// A part of a file that the reading thread hands over.
+enum FileItem {
     /// The beginning of a file, and the length of its body.
     Header(Box<StateHeader>, u64),
     /// A part of its body.
@@ -32,7 +32,7 @@ enum Item {
 
 /// Files that are being read.
 pub struct FilesAhead {
-    items: Receiver<Result<Item>>,
+    items: Receiver<Result<FileItem>>,
     /// Whether an error was returned, after which there is nothing more.
     has_failed: bool,
 }
@@ -68,8 +68,8 @@ impl FilesAhead {
     /// A file that cannot be read or is not a state file.
     pub fn header(&mut self) -> Result<(StateHeader, u64)> {
         match self.next()? {
-            Item::Header(header, length) => Ok((*header, length)),
-            Item::Piece(_) | Item::End => Err(out_of_order()),
+            FileItem::Header(header, length) => Ok((*header, length)),
+            FileItem::Piece(_) | FileItem::End => Err(out_of_order()),
         }
     }
 
@@ -79,15 +79,15 @@ impl FilesAhead {
     /// A file that cannot be read or is damaged.
     pub fn piece(&mut self) -> Result<Option<Vec<u8>>> {
         match self.next()? {
-            Item::Piece(piece) => Ok(Some(piece)),
-            Item::End => Ok(None),
-            Item::Header(..) => Err(out_of_order()),
+            FileItem::Piece(piece) => Ok(Some(piece)),
+            FileItem::End => Ok(None),
+            FileItem::Header(..) => Err(out_of_order()),
         }
     }
 
-    fn next(&mut self) -> Result<Item> {
+    fn next(&mut self) -> Result<FileItem> {
         if self.has_failed {
-            return Ok(Item::End);
+            return Ok(FileItem::End);
         }
         let item = self.items.recv().unwrap_or_else(|_| Err(out_of_order()));
         self.has_failed = item.is_err();
@@ -113,14 +113,14 @@ impl From<Error> for Stop {
     }
 }
 
-impl From<SendError<Result<Item>>> for Stop {
-    fn from(_: SendError<Result<Item>>) -> Self {
+impl From<SendError<Result<FileItem>>> for Stop {
+    fn from(_: SendError<Result<FileItem>>) -> Self {
         Self::Unwanted
     }
 }
 
 /// Reads a file from its beginning to its end.
-fn read(path: &Path, sender: &SyncSender<Result<Item>>) -> std::result::Result<(), Stop> {
+fn read(path: &Path, sender: &SyncSender<Result<FileItem>>) -> std::result::Result<(), Stop> {
     let cannot_read = |error| Error::io("cannot read", path, error);
     let mut file = File::open(path).map_err(cannot_read)?;
     let size = file.metadata().map_err(cannot_read)?.len();
@@ -140,7 +140,7 @@ fn read(path: &Path, sender: &SyncSender<Result<Item>>) -> std::result::Result<(
     let header = header(&bytes, length, size)?;
     hasher.update(&bytes);
     let mut left = size.saturating_sub((bytes.len() + CHECKSUM) as u64);
-    sender.send(Ok(Item::Header(Box::new(header), left)))?;
+    sender.send(Ok(FileItem::Header(Box::new(header), left)))?;
     while left > 0 {
         let piece = read(left.min(PIECE as u64) as usize)?;
         if piece.is_empty() {
@@ -149,10 +149,10 @@ fn read(path: &Path, sender: &SyncSender<Result<Item>>) -> std::result::Result<(
         }
         left -= piece.len() as u64;
         hasher.update(&piece);
-        sender.send(Ok(Item::Piece(piece)))?;
+        sender.send(Ok(FileItem::Piece(piece)))?;
     }
     if hasher.finalize().as_bytes()[..] != read(CHECKSUM)?[..] {
         return Err(Stop::Failed(wrong_checksum()));
     }
-    Ok(sender.send(Ok(Item::End))?)
+    Ok(sender.send(Ok(FileItem::End))?)
 }

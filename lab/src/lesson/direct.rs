@@ -5,7 +5,7 @@
 //! Range: a from 0.1 to 10.
 //! Source: E = pi L sin^2 of the disk's half angle; second moments by integration. Tested in `lab/tests/reports/lesson.rs`.
 
-use super::lesson_scene::{LessonScene, Light};
+use super::lesson_scene::{LessonLight, LessonScene};
 use super::number::{MeasuredTechnique, Number};
 use super::page::{Figure, Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
@@ -195,7 +195,7 @@ fn measure(lesson: &Lesson<'_>, estimator: &DirectLightEstimator, a: f64) -> Res
     let spp = lesson.samples(SPP).max(MIN_SPP) as u64;
     let budget = Budget::samples(spp);
     let seed = lesson.seed(estimator.name, (10.0 * a) as usize);
-    let rendered = scene.render(estimator.integrator, budget, seed, Light::Direct)?;
+    let rendered = scene.render(estimator.integrator, budget, seed, LessonLight::Direct)?;
     let image = rendered.film.develop();
     let pixels: Vec<f64> = image
         .pixels()
@@ -290,7 +290,7 @@ fn figures(lesson: &Lesson<'_>) -> Result<Finding> {
             integrator,
             budget,
             lesson.seed("picture", index),
-            Light::Direct,
+            LessonLight::Direct,
         )?;
         figures.push(Figure {
             name: name.to_owned(),

@@ -4,7 +4,7 @@
 //! Range: the Cornell box, independent random numbers, the same kernel for all.
 //! Source: Kajiya 1986, "The Rendering Equation"; Veach 1997. Tested in `lab/tests/reports/lesson.rs`.
 
-use super::lesson_scene::{LessonScene, Light};
+use super::lesson_scene::{LessonLight, LessonScene};
 use super::number::{MeasuredTechnique, Number};
 use super::page::{Figure, Finding, Formula, Page};
 use super::topic::{Lesson, Topic};
@@ -152,7 +152,7 @@ fn reference(lesson: &Lesson<'_>, scene: &LessonScene<'_>) -> Result<Reference> 
             IntegratorKind::Path,
             Budget::samples(spp),
             seed,
-            Light::Whole,
+            LessonLight::Whole,
         )?;
         let image = rendered.film.develop();
         luminances.push(luminance(&image));
@@ -185,7 +185,7 @@ fn climb(
         let (mut seconds, mut squares) = (0.0, 0.0);
         for index in 0..SEEDS {
             let seed = lesson.seed(&format!("{} {full}", kind.name()), index);
-            let rendered = scene.render(kind, Budget::samples(spp), seed, Light::Whole)?;
+            let rendered = scene.render(kind, Budget::samples(spp), seed, LessonLight::Whole)?;
             let image = rendered.film.develop();
             let square = mse(&image, &reference.image)?;
             let time = rendered.elapsed.as_secs_f64();
@@ -201,7 +201,7 @@ fn climb(
     }
     let seconds = (SECONDS * lesson.settings.effort).max(0.05);
     let time = Budget::time(Duration::from_secs_f64(seconds));
-    let rendered = scene.render(kind, time, lesson.seed("picture", 0), Light::Whole)?;
+    let rendered = scene.render(kind, time, lesson.seed("picture", 0), LessonLight::Whole)?;
     Ok(Rung {
         kind,
         caption,

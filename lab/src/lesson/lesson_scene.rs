@@ -20,7 +20,7 @@ use etendue::internals::scene::prepare::prepare;
 
 /// The light paths that are rendered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Light {
+pub enum LessonLight {
     /// Emission, and light reflected once.
     Direct,
     /// All paths.
@@ -66,12 +66,12 @@ impl<'a> LessonScene<'a> {
         integrator: IntegratorKind,
         budget: Budget,
         seed: u64,
-        light: Light,
+        light: LessonLight,
     ) -> Result<Rendered> {
         let (max_bounces, roulette) = match light {
             // After the only bounce roulette has nothing to save, and would add variance.
-            Light::Direct => (Some(1), Some(Roulette::None)),
-            Light::Whole => (None, None),
+            LessonLight::Direct => (Some(1), Some(Roulette::None)),
+            LessonLight::Whole => (None, None),
         };
         let settings = RenderSettings {
             integrator,

@@ -12,7 +12,7 @@ pub mod kernel;
 pub mod switch;
 
 pub use kernel::Kernel;
-pub use switch::{Effects, Slot, State, Switch};
+pub use switch::{EffectState, Effects, Slot, Switch};
 
 /// Panics where a kernel lacks an effect of the scene. `render` ensures that a scene is rendered by a kernel that has all
 /// of its effects.

@@ -48,7 +48,7 @@ pub trait Slot<T: Copy>: Copy + Debug {
 }
 
 /// The storage for a value of type `T` under the switch `S`.
-pub type State<S, T> = <S as Switch>::Of<T>;
+pub type EffectState<S, T> = <S as Switch>::Of<T>;
 
 /// A stored value.
 #[derive(Debug, Clone, Copy)]
@@ -128,10 +128,10 @@ mod tests {
 
     #[test]
     fn disabled_slot_is_zero_sized_and_ignores_updates() {
-        let mut off = State::<Off, u64>::new(|| unreachable!("nothing is made"));
+        let mut off = EffectState::<Off, u64>::new(|| unreachable!("nothing is made"));
         off.update(|_| unreachable!("nothing is changed"));
         assert_eq!((size_of_val(&off), off.or(3)), (0, 3));
-        let mut on = State::<On, u64>::new(|| 5);
+        let mut on = EffectState::<On, u64>::new(|| 5);
         on.update(|x| x + 1);
         assert_eq!((size_of_val(&on), on.or(3)), (8, 6));
     }

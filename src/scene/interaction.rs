@@ -8,7 +8,7 @@
 pub mod lanes;
 
 use crate::accel::{Hit, PrimitiveId};
-use crate::effects::{Effects, Slot, State, Switch};
+use crate::effects::{EffectState, Effects, Slot, Switch};
 use crate::geometry::surface::SurfacePoint;
 use crate::light::types::{Receiver, ShadowRayEnd};
 use crate::math::frame::Frame;
@@ -31,13 +31,13 @@ pub struct Interaction<E: Effects, V: Vector = Vec3> {
     /// +1 if `wo` is on the side of `ng`, -1 otherwise.
     side: f32,
     /// Whether the shading normal equals the geometric one, so that every direction is on the same side of both.
-    is_flat: State<E::ShadingNormals, bool>,
+    is_flat: EffectState<E::ShadingNormals, bool>,
     /// Shading normal, as defined by the shape, on the side of `ng`.
-    ns: State<E::ShadingNormals, V>,
+    ns: EffectState<E::ShadingNormals, V>,
     /// Shading frame.
     pub frame: Frame<V>,
     /// Texture coordinate.
-    pub uv: State<E::Textures, Vec2>,
+    pub uv: EffectState<E::Textures, Vec2>,
     /// Unit vector back along the path.
     pub wo: V,
 }
@@ -51,7 +51,7 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
         hit: &Hit,
         surface: &SurfacePoint<V>,
         transmits: bool,
-        uv: State<E::Textures, Vec2>,
+        uv: EffectState<E::Textures, Vec2>,
     ) -> Self {
         let wo = -ray.dir;
         let is_flat = !E::ShadingNormals::ON || surface.ns == surface.ng;

@@ -9,7 +9,7 @@ use super::interaction::Interaction;
 use super::{Scene, ShapeTraits};
 use crate::accel::lanes::RayLanes;
 use crate::accel::{ExcludedPrimitive, Hit};
-use crate::effects::{Effect, Effects, Slot, State, Switch};
+use crate::effects::{Effect, EffectState, Effects, Slot, Switch};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes};
 use crate::math::ray::Ray;
 use crate::math::robust::offset_point;
@@ -56,7 +56,7 @@ impl Scene {
             }
             let shape = &self.shapes[hit.id.shape as usize];
             let material = &self.materials[shape.material as usize];
-            let uv = State::<E::Textures, Vec2>::new(|| {
+            let uv = EffectState::<E::Textures, Vec2>::new(|| {
                 if shape.traits.has(ShapeTraits::TEXTURED) {
                     self.world.uv_at::<E>(hit.id, time, surface.p, hit.uv)
                 } else {

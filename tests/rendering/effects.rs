@@ -7,7 +7,7 @@ use crate::common::scene_folder::in_repository;
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::effects::kernel::types::{Everything, Matte};
 use etendue::internals::effects::switch::{Off, On};
-use etendue::internals::effects::{Effect, EffectSet, Effects, Kernel, State};
+use etendue::internals::effects::{Effect, EffectSet, EffectState, Effects, Kernel};
 use etendue::internals::film::filter::Filter;
 use etendue::internals::geometry::texture::Texture;
 use etendue::internals::image::Image;
@@ -163,8 +163,8 @@ fn kernel_lacking_a_required_effect_is_rejected() {
 #[test]
 fn state_of_absent_effects_has_zero_size() {
     assert!(Matte::SET.len() == 2 && Everything::SET == EffectSet::ALL);
-    assert_eq!(size_of::<State<Off, [f32; 3]>>(), 0);
-    assert_eq!(size_of::<State<On, [f32; 3]>>(), 12);
+    assert_eq!(size_of::<EffectState<Off, [f32; 3]>>(), 0);
+    assert_eq!(size_of::<EffectState<On, [f32; 3]>>(), 12);
     // The eta scales of sixteen paths, their last normals, and the ratios of their densities to those of light paths. The
     // time belongs to Embree's packet, which has it always.
     assert_eq!(

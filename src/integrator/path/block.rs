@@ -6,7 +6,7 @@
 
 use super::super::SampleLanes;
 use crate::accel::lanes::{ExcludedLanes, RayHitLanes};
-use crate::effects::{Effects, Slot, State};
+use crate::effects::{EffectState, Effects, Slot};
 use crate::light::types::Receiver;
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store};
 use crate::math::measure::PdfSolidAngle;
@@ -39,13 +39,13 @@ pub struct PathBlock<E: Effects> {
     /// The product of eta^2 over the refractions of each path. Russian roulette multiplies the throughput by it to get
     /// the survival probability: transmission divides the throughput by eta^2 on the way into glass and restores it on
     /// the way out, which is no reason to end a path.
-    pub eta_scale: State<E::Transmission, Lanes<f32>>,
+    pub eta_scale: EffectState<E::Transmission, Lanes<f32>>,
     /// The ratios of the densities of light paths and of these paths, without that of the light path's first ray; zero
     /// on camera rays.
-    light_path_ratio: State<E::LightPaths, Lanes<f32>>,
+    light_path_ratio: EffectState<E::LightPaths, Lanes<f32>>,
     /// The points of the last scattering events, and their normals as receivers of light.
     prev_point: Lanes3,
-    prev_normal: State<E::ManyLights, Lanes3>,
+    prev_normal: EffectState<E::ManyLights, Lanes3>,
     /// The BSDF densities of the current rays; infinite on camera rays and after delta lobes.
     prev_pdf: Lanes<f32>,
     /// The lights that were last chosen by light sampling.

@@ -12,7 +12,7 @@ use super::block::PathBlock;
 use super::shading::{BsdfLanes, DirectLightLanes, LightPathLanes, StageScratch};
 use super::{PathIntegrator, PathWavefront, first_two};
 use crate::bsdf::BsdfValue;
-use crate::effects::{Effects, Slot, State, Switch};
+use crate::effects::{EffectState, Effects, Slot, Switch};
 use crate::light::lanes::ShadowRayEndKind;
 use crate::light::types::LightSample;
 use crate::math::lanes::ActiveLanes;
@@ -162,7 +162,7 @@ fn reflected<E: Effects>(
     pmf: f32,
     (wi, radiance, pdf): (LaneVec3, Rgb<LaneVec3>, f32),
     value: BsdfValue<LaneVec3>,
-    light_path_over_nee: State<E::LightPaths, f32>,
+    light_path_over_nee: EffectState<E::LightPaths, f32>,
 ) -> DirectLightEstimate {
     let local = at.frame.to_local(wi);
     // Reflection or transmission in the shading frame must be the same at the geometric surface.
@@ -211,7 +211,7 @@ vectorised! {
         technique: C,
         at: &InteractionLanes<E>,
         block: &mut PathBlock<E>,
-        light_paths: &State<E::LightPaths, LightPathLanes>,
+        light_paths: &EffectState<E::LightPaths, LightPathLanes>,
         direct_light: &mut DirectLightLanes,
     ) {
         for lane in 0..LANES {

@@ -46,7 +46,7 @@ use super::super::SampleLanes;
 use super::super::reuse::PathReuse;
 use super::block::PathBlock;
 use super::shading::{BsdfLanes, DirectLightLanes, ScatteringLanes};
-use crate::effects::{Effects, Slot, State};
+use crate::effects::{EffectState, Effects, Slot};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes3, load, store, vectorised};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vec3};
@@ -74,7 +74,7 @@ struct SharedPaths<E: Effects> {
     /// The weight in each pixel, for each path, of the light found beyond its second surface.
     factors: [Lanes3; LANES],
     /// The light that light sampling finds at rough second surfaces.
-    at_rough: State<E::Glossy, LightAtRough>,
+    at_rough: EffectState<E::Glossy, LightAtRough>,
 }
 
 impl<E: Effects> Default for SharedPaths<E> {

@@ -7,7 +7,7 @@
 use crate::accel::lanes::RayLanes;
 use crate::bsdf::principled::lanes::{PrincipledLanes, SampledLanes};
 use crate::bsdf::{Diffuse, Lobe};
-use crate::effects::{Effects, Slot, State};
+use crate::effects::{EffectState, Effects, Slot};
 use crate::light::lanes::{LightContextLanes, LightSampleLanes};
 use crate::light::select::LightLanes;
 use crate::light::types::Receiver;
@@ -28,7 +28,7 @@ pub struct StageScratch<E: Effects> {
     pub bsdfs: BsdfLanes<E>,
     pub direct_light: DirectLightLanes,
     pub scattering: ScatteringLanes,
-    pub light_paths: State<E::LightPaths, LightPathLanes>,
+    pub light_paths: EffectState<E::LightPaths, LightPathLanes>,
 }
 
 impl<E: Effects> Default for StageScratch<E> {
@@ -167,7 +167,7 @@ pub struct BsdfLanes<E: Effects> {
     pub delta: ActiveLanes<LANES>,
     /// The reflectances of the lanes whose BSDF is diffuse and evaluated in lanes.
     reflectance: Lanes3,
-    pub principled: State<E::Glossy, PrincipledStage>,
+    pub principled: EffectState<E::Glossy, PrincipledStage>,
 }
 
 /// The principled BSDFs and the conductors at the surfaces of a block that are evaluated in lanes.

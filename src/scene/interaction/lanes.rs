@@ -11,7 +11,7 @@
 use super::Interaction;
 use crate::accel::lanes::{ExcludedLanes, NO_ID, RayHitLanes};
 use crate::accel::{Hit, PrimitiveId};
-use crate::effects::{Effects, Slot, State, Switch};
+use crate::effects::{EffectState, Effects, Slot, Switch};
 use crate::geometry::Geometry;
 use crate::geometry::mesh::{Mesh, may_be_outside, shading_normal, triangle_point};
 use crate::geometry::surface::SurfacePoint;
@@ -38,10 +38,10 @@ pub struct InteractionLanes<E: Effects> {
     error: Lanes3,
     ng: Lanes3,
     side: Lanes<f32>,
-    is_flat: State<E::ShadingNormals, Lanes<u32>>,
-    ns: State<E::ShadingNormals, Lanes3>,
+    is_flat: EffectState<E::ShadingNormals, Lanes<u32>>,
+    ns: EffectState<E::ShadingNormals, Lanes3>,
     frame: [Lanes3; 3],
-    uv: State<E::Textures, [Lanes<f32>; 2]>,
+    uv: EffectState<E::Textures, [Lanes<f32>; 2]>,
     wo: Lanes3,
 }
 
@@ -154,11 +154,11 @@ impl<E: Effects> InteractionLanes<E> {
 #[derive(Debug, Clone)]
 struct HitTriangleLanes<E: Effects> {
     vertices: [Lanes3; 3],
-    normals: State<E::ShadingNormals, [Lanes3; 3]>,
-    has_normals: State<E::ShadingNormals, Lanes<u32>>,
+    normals: EffectState<E::ShadingNormals, [Lanes3; 3]>,
+    has_normals: EffectState<E::ShadingNormals, Lanes<u32>>,
     /// The texture coordinates of the vertices; zero where none are needed.
-    uvs: State<E::Textures, [[Lanes<f32>; 2]; 3]>,
-    transmits: State<E::Transmission, Lanes<u32>>,
+    uvs: EffectState<E::Textures, [[Lanes<f32>; 2]; 3]>,
+    transmits: EffectState<E::Transmission, Lanes<u32>>,
 }
 
 impl<E: Effects> HitTriangleLanes<E> {

@@ -9,7 +9,7 @@ use super::super::shading::BsdfLanes;
 use crate::accel::lanes::RayLanes;
 use crate::bsdf::principled::lanes::PrincipledLanes;
 use crate::bsdf::{BsdfValue, Diffuse, has_lobes};
-use crate::effects::{Effects, Slot, State};
+use crate::effects::{EffectState, Effects, Slot};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{LaneVec3, Vec3, Vector};
@@ -28,7 +28,7 @@ pub(super) struct FirstSurfaces<E: Effects> {
     pub(super) at: InteractionLanes<E>,
     /// The reflectances of the diffuse ones.
     reflectance: Lanes3,
-    principled: State<E::Glossy, FirstPrincipled>,
+    principled: EffectState<E::Glossy, FirstPrincipled>,
     /// Those with other BSDFs that share.
     scalar: ActiveLanes<LANES>,
 }

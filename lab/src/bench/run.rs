@@ -91,7 +91,7 @@ fn observed_settings(description: &SceneDescription) -> Result<RenderSettings> {
         tile_size: TILE_SIZE,
         light_paths: LightPathRule::Share(LightPathShare::None),
         reuse: PathReuseRule::Pixels(PathReuse::Off),
-        ..RenderSettings::of_scene(description)?.by_name()
+        ..RenderSettings::of_scene(description)?.with_path_for_auto()
     })
 }
 

@@ -107,7 +107,7 @@ impl RenderSettings {
     }
 
     /// The settings with `path` in place of `auto`, for callers that do not need the best integrator.
-    pub fn by_name(mut self) -> Self {
+    pub fn with_path_for_auto(mut self) -> Self {
         if self.integrator == IntegratorKind::Auto {
             self.integrator = IntegratorKind::Path;
         }

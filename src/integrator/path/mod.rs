@@ -24,7 +24,7 @@ pub mod block;
 mod direct_light;
 mod emission;
 mod find_surface;
-mod light_paths;
+mod light_path_weights;
 mod light_walk;
 mod reuse;
 mod scattering;
@@ -256,7 +256,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 Decision::Roulette(wavefront.bounce)
             );
             self.scatter(wavefront, block, stage, &states, decision);
-            self.update_light_path_ratios(wavefront.bounce, block, stage);
+            self.update_camera_path_ratios(wavefront.bounce, block, stage);
             if !wavefront.observer.is_sequential() {
                 wavefront.trace_shadow_rays(block, stage);
             }

@@ -154,7 +154,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 self.convert_to_power(scene, block, stage, bounce, starts);
                 let decision = Decision::LightPathRoulette(bounce);
                 self.scatter(wavefront, block, stage, &states, decision);
-                self.update_ratios(block, stage);
+                self.multiply_by_vertex_ratios(block, stage);
             }
         }
         for lane in arrived.without(&block.active).each() {

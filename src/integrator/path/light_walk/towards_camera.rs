@@ -5,7 +5,7 @@
 //! Source: Veach 1997, section 5.3. Tested in `tests/rendering/light_paths.rs`.
 
 use super::super::super::bidirectional::vertex::{Densities, SubpathVertex, adjoint};
-use super::super::light_paths::with_wo;
+use super::super::light_path_weights::with_wo;
 use super::super::scattering::replace;
 use super::super::shading::BsdfLanes;
 use crate::effects::{Effects, Slot};

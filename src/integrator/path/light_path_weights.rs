@@ -121,7 +121,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     }
 
     /// Multiplies the ratios of the paths of a block by the factors of the surfaces that they leave.
-    pub(super) fn update_ratios<E: Effects>(
+    pub(super) fn multiply_by_vertex_ratios<E: Effects>(
         &self,
         block: &mut PathBlock<E>,
         stage: &StageScratch<E>,
@@ -136,7 +136,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
 
     /// Multiplies the ratios of camera paths by the factors of the surfaces that they leave, and sets them to zero
     /// where no light path finds the path.
-    pub(super) fn update_light_path_ratios<E: Effects>(
+    pub(super) fn update_camera_path_ratios<E: Effects>(
         &self,
         bounce: u32,
         block: &mut PathBlock<E>,
@@ -145,7 +145,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         if !self.has_light_paths::<E>() {
             return;
         }
-        self.update_ratios(block, stage);
+        self.multiply_by_vertex_ratios(block, stage);
         let (at, scattering) = (&stage.at, &stage.scattering);
         let delta = block
             .active
@@ -251,19 +251,19 @@ fn reverse_densities<E: Effects>(
         replace(active, &mut lanes.reverse_pdf_of_bsdf_sample, pdf);
     }
     for lane in active.each() {
-        let is_single = bsdfs.scalar_lanes.has(lane);
+        let is_scalar = bsdfs.scalar_lanes.has(lane);
         let of_lane: Interaction<E> = at.get(lane);
         let wi = of_lane.frame.to_world(load(&scattering.wi, lane));
         let may_have_corrected_normal = |wi: Vec3| {
             !of_lane.is_flat() && (of_lane.is_tilted() || with_wo(at, lane, wi).is_tilted())
         };
         let is_delta = scattering.pdf[lane] == f32::INFINITY;
-        if scattering.sampled.has(lane) && !is_delta && (is_single || may_have_corrected_normal(wi))
+        if scattering.sampled.has(lane) && !is_delta && (is_scalar || may_have_corrected_normal(wi))
         {
             lanes.reverse_pdf_of_bsdf_sample[lane] = reverse_density(scene, at, lane, wi);
         }
         let wi = load(to_light, lane);
-        if nee_lanes.has(lane) && (is_single || may_have_corrected_normal(wi)) {
+        if nee_lanes.has(lane) && (is_scalar || may_have_corrected_normal(wi)) {
             lanes.reverse_pdf_of_light_sample[lane] = reverse_density(scene, at, lane, wi);
         }
     }

@@ -6,11 +6,11 @@
 //!   L = sum_k  beta_k [ w_bsdf Le(x_k) + w_light f(x_k) |cos| Le(y) V(x_k, y) / p_light(y) ],
 //!   beta_k = prod_{j<k} f(x_j) |cos| / p_bsdf / q_j,
 //!
-//! where y is a sampled point on a light, the two techniques that reach a light are weighted by the power heuristic of their
-//! densities (other techniques: by 0 or 1), and q_j is the survival probability of Russian roulette. Where a
-//! technique ends the path with its surface's emission with probability p, the emission is divided by p and all later
-//! contributions by 1 - p. Light sampling applies neither to delta lobes nor to the constant environment: there w_bsdf
-//! = 1. Scattered rays cannot hit delta lights: there w_light = 1.
+//! where y is a sampled point on a light, the two strategies that find a light are weighted by the power heuristic of their
+//! densities (a simpler [`Technique`](super::technique::Technique): by 0 or 1), and q_j is the survival probability of Russian
+//! roulette. Where a technique ends the path with its surface's emission with probability p, the emission is divided by p and
+//! all later contributions by 1 - p. Light sampling applies neither to delta lobes nor to the constant environment: there
+//! w_bsdf = 1. Scattered rays cannot hit delta lights: there w_light = 1.
 //!
 //! The integrator is compiled for the effects `E`; kernels for other effects give the same numbers.
 //!

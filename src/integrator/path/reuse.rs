@@ -164,12 +164,12 @@ impl<E: Effects> ReuseScratch<E> {
         bsdfs: &BsdfLanes<E>,
     ) {
         self.rough.clear();
-        let matte = bsdfs.diffuse_lanes(&block.active);
+        let diffuse = bsdfs.diffuse_lanes(&block.active);
         let rough = rough_lanes(bsdfs);
         let active = block.active;
         for lane in active.each() {
-            let is_matte = matte.has(lane);
-            if !(is_matte || rough.has(lane)) {
+            let is_diffuse = diffuse.has(lane);
+            if !(is_diffuse || rough.has(lane)) {
                 continue;
             }
             let sample = block.sample_index[lane] as usize;
@@ -186,8 +186,8 @@ impl<E: Effects> ReuseScratch<E> {
             let Some(connected) = shared.connect(scene, (path, pixels), &at, connections) else {
                 continue;
             };
-            let is_shared = match is_matte {
-                true => shared.take_matte((path, lane), block, connections),
+            let is_shared = match is_diffuse {
+                true => shared.take_diffuse((path, lane), block, connections),
                 false => {
                     let second = shared.take_rough((sample, lane), block, &at, connections);
                     let is_shared = second.is_some();
@@ -327,9 +327,9 @@ impl<E: Effects> SharedPaths<E> {
         Some(queried.count() as u32)
     }
 
-    /// Shares the matte second surface of a path with the pixels that are connected to it, and begins its throughput anew.
+    /// Shares the diffuse second surface of a path with the pixels that are connected to it, and begins its throughput anew.
     /// Returns whether that is possible.
-    fn take_matte(
+    fn take_diffuse(
         &mut self,
         (path, lane): (usize, usize),
         block: &mut PathBlock<E>,
@@ -353,7 +353,7 @@ impl<E: Effects> SharedPaths<E> {
         true
     }
 
-    /// Shares a rough second surface of a path as [`Self::take_matte`] does, but for the weights of its light: they depend on
+    /// Shares a rough second surface of a path as [`Self::take_diffuse`] does, but for the weights of its light: they depend on
     /// the directions that are sampled there.
     fn take_rough(
         &self,

@@ -48,8 +48,8 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         to_world::<E>(at, &scattering.wi, &mut w);
         let sampled = block.active.and(|lane| scattering.sampled.has(lane));
         let delta = sampled.and(|lane| scattering.pdf[lane] == f32::INFINITY);
-        let rough = sampled.without(&delta);
-        let towards = towards_camera::<E>(scene, &rough, at, bsdfs, &w);
+        let non_delta = sampled.without(&delta);
+        let towards = towards_camera::<E>(scene, &non_delta, at, bsdfs, &w);
         scattering.sampled = towards.active.and(|lane| scattering.pdf[lane] > 0.0);
         lanes.reverse_pdf_of_bsdf_sample = towards.pdf_to_light;
         for lane in scattering.sampled.each() {

@@ -91,14 +91,14 @@ impl<E: Effects> FirstSurfaces<E> {
         bsdfs: &BsdfLanes<E>,
     ) -> ActiveLanes<LANES> {
         self.at.clone_from(at);
-        let matte = bsdfs.diffuse_lanes(&block.active);
+        let diffuse = bsdfs.diffuse_lanes(&block.active);
         let mut reflects = ActiveLanes::NONE;
-        for lane in matte.each() {
+        for lane in diffuse.each() {
             let reflectance = bsdfs.diffuse_bsdf(lane).reflectance();
             store(&mut self.reflectance, lane, reflectance);
             reflects.set(lane, reflectance.max_channel() > 0.0);
         }
-        let mut pixels = planted!("reuse-counts-black-pixels", matte, reflects);
+        let mut pixels = planted!("reuse-counts-black-pixels", diffuse, reflects);
         let is_opaque = |lane: usize| at.traits[lane] & ShapeTraits::TRANSMISSIVE == 0;
         let scalar = bsdfs.scalar_lanes.without(&bsdfs.delta).and(is_opaque);
         self.scalar = if has_lobes::<E>() {

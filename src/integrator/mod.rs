@@ -51,7 +51,7 @@ pub struct SampleLanes {
     /// The camera rays, and the closest hits on them.
     pub packet: RayHitLanes<LANES>,
     /// The `t_max` of the camera rays, which hits overwrite in the packet; finite only for rays of a caller.
-    ends: Lanes<f32>,
+    t_max: Lanes<f32>,
     /// The estimated radiance along the camera rays.
     radiance: Lanes3,
     /// The rays traced for the samples beside the camera rays: for the closest hit, and shadow rays.
@@ -64,7 +64,7 @@ impl Default for SampleLanes {
         Self {
             active: ActiveLanes::NONE,
             packet: RayHitLanes::default(),
-            ends: [f32::INFINITY; LANES],
+            t_max: [f32::INFINITY; LANES],
             radiance: [[0.0; LANES]; 3],
             closest_rays: [0; LANES],
             shadow_rays: [0; LANES],
@@ -79,22 +79,22 @@ impl SampleLanes {
         self.packet.rays.set(lane, &camera_ray.ray);
         self.packet.rays.time[lane] = camera_ray.time;
         self.packet.set_hit(lane, hit);
-        self.ends[lane] = camera_ray.ray.t_max;
+        self.t_max[lane] = camera_ray.ray.t_max;
     }
 
     /// The camera ray of a lane, and the hit on it.
     #[inline]
     pub fn camera_ray(&self, lane: usize) -> (CameraRay, Option<Hit>) {
         let (ray, time) = self.packet.ray(lane);
-        let t_max = self.ends[lane];
+        let t_max = self.t_max[lane];
         let ray = Ray { t_max, ..ray };
         (CameraRay { ray, time }, self.packet.hit(lane))
     }
 
-    /// The end of the camera ray of a lane.
+    /// The `t_max` of the camera ray of a lane.
     #[inline]
-    pub fn end(&self, lane: usize) -> f32 {
-        self.ends[lane]
+    pub fn t_max(&self, lane: usize) -> f32 {
+        self.t_max[lane]
     }
 
     /// The estimate of a lane.

@@ -162,7 +162,7 @@ impl<E: Effects> PathBlock<E> {
 
     /// Ends the path of a lane: stores its estimate in its sample.
     #[inline]
-    pub fn end(&mut self, lane: usize, samples: &mut [SampleLanes]) {
+    pub fn finish_path(&mut self, lane: usize, samples: &mut [SampleLanes]) {
         let sample = self.sample_index[lane] as usize;
         samples[sample / LANES].set_estimate(
             sample % LANES,

@@ -43,7 +43,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             let sample = sample_index[lane] as usize;
             let [u] = samplers[sample].draw(Decision::Alpha(bounce));
             let end = match bounce {
-                0 => samples[sample / LANES].end(sample % LANES),
+                0 => samples[sample / LANES].t_max(sample % LANES),
                 _ => f32::INFINITY,
             };
             (u, end)

@@ -268,7 +268,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             }
         }
         for lane in arrived.without(&block.active).each() {
-            block.end(lane, wavefront.samples);
+            block.finish_path(lane, wavefront.samples);
         }
     }
 

@@ -159,8 +159,8 @@ impl LookupPass<'_> {
         let (camera_ray, hit) = wavefront.samples(0).camera_ray(lane);
         let sampler = wavefront.sampler(0, lane);
         // No image is so large that these are pixels of it, too.
-        let numbers = position.map(|i| !i);
-        lookup.on_path::<E, _>(sampler, &camera_ray, hit, numbers, scratch)
+        let sequence_pixel = position.map(|i| !i);
+        lookup.on_path::<E, _>(sampler, &camera_ray, hit, sequence_pixel, scratch)
     }
 }
 

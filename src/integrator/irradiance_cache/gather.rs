@@ -43,8 +43,8 @@ pub struct Gatherer<'a> {
     pub integrator: PathIntegrator,
     /// The allowed relative error.
     pub bound: f64,
-    /// The coordinates that select the random numbers, as a pixel's do.
-    pub numbers: [u32; 2],
+    /// The pixel whose sequence of random numbers the records use.
+    pub sequence_pixel: [u32; 2],
 }
 
 /// The memory of a hemisphere, which the next one uses, too.
@@ -142,7 +142,7 @@ impl Gatherer<'_> {
             samples.clear();
             samples.resize(WAVEFRONT_SIZE / LANES, SampleLanes::default());
             for cell in first..cells.count().min(first + WAVEFRONT_SIZE) {
-                sampler.start(self.numbers, (spent + cell) as u64);
+                sampler.start(self.sequence_pixel, (spent + cell) as u64);
                 let u: [f32; 2] = sampler.draw(Decision::Bsdf(0));
                 let local = cells.direction(cell, Vec2::from_array(u));
                 let wi = at.frame.to_world(local);

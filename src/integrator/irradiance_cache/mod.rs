@@ -188,13 +188,13 @@ pub struct CacheLookup<'a> {
 impl CacheLookup<'_> {
     /// Traces a path, given the hit on its camera ray, to the first surface where the cache may be used, and looks up
     /// the irradiance there; `None` if there is no such surface, or no record can be made. A new record draws its
-    /// random numbers from `sampler`, with `numbers` as pixel.
+    /// random numbers from `sampler`, as a sample of `sequence_pixel` does.
     pub fn on_path<E: Effects, S: Sampler>(
         &self,
         sampler: &mut S,
         camera_ray: &CameraRay,
         hit: Option<Hit>,
-        numbers: [u32; 2],
+        sequence_pixel: [u32; 2],
         scratch: &mut GatherScratch<E, S>,
     ) -> Option<LookupResult> {
         let is_limited = self.integrator.max_bounces.is_some();
@@ -206,14 +206,14 @@ impl CacheLookup<'_> {
         let at = self
             .integrator
             .find_surface(self.scene, sampler, camera_ray, hit, paths, find)?;
-        self.at_surface(&at, &mut of_record, numbers, scratch)
+        self.at_surface(&at, &mut of_record, sequence_pixel, scratch)
     }
 
     fn at_surface<E: Effects, S: Sampler>(
         &self,
         at: &Interaction<E>,
         sampler: &mut S,
-        numbers: [u32; 2],
+        sequence_pixel: [u32; 2],
         scratch: &mut GatherScratch<E, S>,
     ) -> Option<LookupResult> {
         let count = self.cache.count(at.p, at.frame.n);
@@ -225,7 +225,7 @@ impl CacheLookup<'_> {
             scene: self.scene,
             integrator: self.integrator,
             bound: self.cache.bound.into(),
-            numbers,
+            sequence_pixel,
         };
         let record = gatherer.gather(sampler, at, &mut rays, scratch)?;
         Some(LookupResult::New(record, rays))

@@ -159,7 +159,7 @@ impl Primary {
     }
 
     /// The random number for the acceptance of the current step.
-    pub fn verdict(&self) -> f64 {
+    pub fn acceptance_number(&self) -> f64 {
         self.number(CHAIN, 1)
     }
 

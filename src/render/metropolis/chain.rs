@@ -50,42 +50,42 @@ impl<'a> ChainJob<'a> {
         let is_start = |u| strategy(u, edges) == start.strategy;
         sampler.draw_until(Decision::Strategy, is_start);
         let scratch = &mut EvaluationScratch::<E>::default();
-        let here = self.evaluate(edges, &mut sampler, tally, scratch);
-        let mut here = here.expect("a chain begins at a path that has been found");
+        let current = self.evaluate(edges, &mut sampler, tally, scratch);
+        let mut current = current.expect("a chain begins at a path that has been found");
         assert_eq!(
-            here.brightness(),
+            current.brightness(),
             start.brightness,
             "a chain begins at the very path that it was chosen to"
         );
         sampler.accept();
         let mut sampler = sampler.reseeded(self.seed);
         // The weight of the current path so far.
-        let mut held = 0.0;
+        let mut current_weight = 0.0;
         for step in 0..self.steps {
             if step % CANCEL_INTERVAL == 0 && (self.context.is_cancelled)() {
-                self.add(&here, held);
+                self.add(&current, current_weight);
                 return step;
             }
             sampler.propose();
-            let there = self.evaluate(edges, &mut sampler, tally, scratch);
-            let brightness = there.map_or(0.0, |it| it.brightness());
-            let accepted = (brightness / here.brightness()).min(1.0);
-            held += 1.0 - accepted;
-            match there {
-                Some(there) if sampler.verdict() < accepted => {
+            let proposed = self.evaluate(edges, &mut sampler, tally, scratch);
+            let brightness = proposed.map_or(0.0, |it| it.brightness());
+            let accepted = (brightness / current.brightness()).min(1.0);
+            current_weight += 1.0 - accepted;
+            match proposed {
+                Some(proposed) if sampler.acceptance_number() < accepted => {
                     sampler.accept();
-                    self.add(&here, held);
-                    (here, held) = (there, accepted);
+                    self.add(&current, current_weight);
+                    (current, current_weight) = (proposed, accepted);
                 }
-                there => {
+                proposed => {
                     sampler.reject();
-                    if let Some(there) = there {
-                        self.add(&there, accepted);
+                    if let Some(proposed) = proposed {
+                        self.add(&proposed, accepted);
                     }
                 }
             }
         }
-        self.add(&here, held);
+        self.add(&current, current_weight);
         self.steps
     }
 
@@ -120,9 +120,9 @@ impl<'a> ChainJob<'a> {
 /// The strategy that a random number selects, among those that make paths with `edges` edges.
 fn strategy(u: f32, edges: usize) -> Strategy {
     // Light that the camera sees directly is found by one strategy alone.
-    let ways = if edges == 1 { 1 } else { edges + 1 };
-    let place = planted!("strategies-have-uneven-shares", u * u, u);
-    let s = (f64::from(place) * ways as f64) as usize;
+    let strategies = if edges == 1 { 1 } else { edges + 1 };
+    let u = planted!("strategies-have-uneven-shares", u * u, u);
+    let s = (f64::from(u) * strategies as f64) as usize;
     Strategy {
         s,
         t: edges + 1 - s,
@@ -144,10 +144,10 @@ mod tests {
                 assert!(by.t >= 1);
                 counts[by.s] += 1;
             }
-            let ways = if edges == 1 { 1 } else { edges + 1 };
-            let share = cells / ways as u32;
+            let strategies = if edges == 1 { 1 } else { edges + 1 };
+            let share = cells / strategies as u32;
             assert!(
-                counts[..ways].iter().all(|&count| count == share),
+                counts[..strategies].iter().all(|&count| count == share),
                 "{counts:?}"
             );
         }

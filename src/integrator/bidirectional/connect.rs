@@ -47,7 +47,7 @@ pub struct LightSubpath<'a, 'w, E: Effects> {
 pub struct Contribution {
     /// The strategy.
     pub strategy: Strategy,
-    /// The place of a splat on the film; `None` for the pixel of the sample.
+    /// The film position of a splat; `None` for the pixel of the sample.
     pub film: Option<Vec2>,
     /// The radiance, of splats times light subpaths, as if there were no other strategy.
     pub unweighted: Rgb,
@@ -181,11 +181,11 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             Some(pdf) => source.density_from(from, pdf),
             None => choice.1.0.into(),
         };
-        let way = source.way_to(from, -light.wi);
+        let offset = source.offset_to(from, -light.wi);
         let pdfs = ConnectionPdfs {
             by_camera: [source.density_from(from, at.pdf_to_light), 0.0],
             by_light: [
-                rays.density_at(way, vertex.at.ng),
+                rays.density_at(offset, vertex.at.ng),
                 self.density_before(j, at.pdf_to_camera),
             ],
         };
@@ -209,9 +209,9 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         if !far.is_connectible() {
             return None;
         }
-        let way = far.at.p - near.at.p;
-        let distance2 = way.length_squared();
-        let w = way / distance2.sqrt();
+        let offset = far.at.p - near.at.p;
+        let distance2 = offset.length_squared();
+        let w = offset / distance2.sqrt();
         let at_near = near.scattering(self.scene, near.at.wo, w)?;
         let at_far = far.scattering(self.scene, -w, far.at.wo)?;
         let pdfs = ConnectionPdfs {
@@ -251,9 +251,9 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
             return None;
         }
         let lens = viewpoint(Vec2::new(vertex.u[0], vertex.u[1]));
-        let way = lens.p - vertex.at.p;
-        let distance2 = way.length_squared();
-        let w = way / distance2.sqrt();
+        let offset = lens.p - vertex.at.p;
+        let distance2 = offset.length_squared();
+        let w = offset / distance2.sqrt();
         let film = lens.film_point(-w)?;
         if !reaches(film.position) {
             return None;
@@ -264,7 +264,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         let rays = RayDensity::Point(middle.per_steradian * self.per_pixel);
         let pdfs = ConnectionPdfs {
             by_camera: [
-                rays.density_at(-way, vertex.at.ng),
+                rays.density_at(-offset, vertex.at.ng),
                 light.density_before(i, at.pdf_to_light),
             ],
             by_light: [0.0; 2],

@@ -73,7 +73,7 @@ fn anew(
     let p = |k: usize| surfaces[k].at.p;
     // The light subpath hit its first surface along this direction.
     let direction = -light.subpath.vertices[0].at.wo;
-    let from_source = |p: Vec3| light.source.way_to(p, direction);
+    let from_source = |p: Vec3| light.source.offset_to(p, direction);
     whole.densities[1].by_light = light
         .ray_density
         .density_at(from_source(p(0)), surfaces[0].at.ng);

@@ -122,8 +122,8 @@ impl<E: Effects, O: PathObserver + ?Sized> Connector<'_, '_, E, O> {
         let (mut source, rays) = LightVertex::new(end, scene.lights.pmf_by_power(light), &pdf);
         source.direct = source.density_from(before.at.p, by_nee(&before.receiver()));
         source.densities.by_camera = by_camera;
-        let way = source.way_to(before.at.p, direction);
-        let at_before = rays.density_at(way, before.at.ng);
+        let offset = source.offset_to(before.at.p, direction);
+        let at_before = rays.density_at(offset, before.at.ng);
         let pdfs = ConnectionPdfs::of_emission(&source, at_before);
         self.weight(strategy, &source, &pdfs)
     }

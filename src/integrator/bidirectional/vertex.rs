@@ -45,13 +45,13 @@ pub enum RayDensity {
 }
 
 impl RayDensity {
-    /// The density with which the rays hit a point of a surface with the normal `ng`, at the end of `way`; for parallel
-    /// rays the length of `way` has no meaning.
+    /// The density with which the rays hit a point of a surface with the normal `ng`, at the end of `offset`; for
+    /// parallel rays the length of `offset` has no meaning.
     #[inline]
-    pub fn density_at(self, way: Vec3, ng: Vec3) -> f64 {
-        let way = way.as_dvec3();
-        let distance2 = way.length_squared();
-        let cos = way.dot(ng.as_dvec3()).abs() / distance2.sqrt();
+    pub fn density_at(self, offset: Vec3, ng: Vec3) -> f64 {
+        let offset = offset.as_dvec3();
+        let distance2 = offset.length_squared();
+        let cos = offset.dot(ng.as_dvec3()).abs() / distance2.sqrt();
         let density = match self {
             Self::Point(density) => density * cos / distance2,
             Self::Parallel(density) => density * cos,
@@ -247,9 +247,9 @@ impl LightVertex {
         (source, rays)
     }
 
-    /// The way from the source to a point: from beyond the scene the direction of the light, whose unit vector is
+    /// The offset from the source to a point: from beyond the scene the direction of the light, whose unit vector is
     /// `direction`.
-    pub fn way_to(&self, to: Vec3, direction: Vec3) -> Vec3 {
+    pub fn offset_to(&self, to: Vec3, direction: Vec3) -> Vec3 {
         match &self.end {
             ShadowRayEnd::Surface(point, _) => to - point.p,
             ShadowRayEnd::Point(point) => to - *point,

@@ -171,9 +171,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             u_lens = sampler.draw(Decision::Lens(wavefront.bounce));
         }
         let lens = camera.viewpoint::<E>(Vec2::from(u_lens), time);
-        let way = lens.p - p;
-        let distance2 = way.length_squared();
-        let to_film = -way / distance2.sqrt();
+        let offset = lens.p - p;
+        let distance2 = offset.length_squared();
+        let to_film = -offset / distance2.sqrt();
         let film = lens.film_point(to_film)?;
         let per_steradian = if E::Lens::ON {
             // Rays through the middle of the lens give the density of rays through any of its points.

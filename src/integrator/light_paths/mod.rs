@@ -82,14 +82,14 @@ impl LightPathShare {
         if number >= 1.0 {
             return *active;
         }
-        let places = std::array::from_fn(|lane| lane as u32);
-        let states = LaneStates::gather(samplers, active, &places);
+        let lane_indices = std::array::from_fn(|lane| lane as u32);
+        let states = LaneStates::gather(samplers, active, &lane_indices);
         let mut u = [0.0; LANES];
         let numbers = std::array::from_mut(&mut u);
         S::draw_lanes(
             samplers,
             active,
-            &places,
+            &lane_indices,
             &states,
             Decision::LightPath,
             numbers,

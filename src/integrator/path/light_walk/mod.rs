@@ -85,19 +85,26 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         samples: &mut SampleLanes,
     ) -> Lanes<Option<LightPathStart>> {
         let mut starts = [None; LANES];
-        let (active, places) = (samples.active, std::array::from_fn(|lane| lane as u32));
+        let (active, lane_indices) = (samples.active, std::array::from_fn(|lane| lane as u32));
         if !active.any() {
             return starts;
         }
-        let states = LaneStates::gather(samplers, &active, &places);
+        let states = LaneStates::gather(samplers, &active, &lane_indices);
         let (mut source, mut direction) = ([[0.0; LANES]; 4], [[0.0; LANES]; 3]);
         let decision = Decision::Source;
-        S::draw_lanes(samplers, &active, &places, &states, decision, &mut source);
+        S::draw_lanes(
+            samplers,
+            &active,
+            &lane_indices,
+            &states,
+            decision,
+            &mut source,
+        );
         let decision = Decision::SourceDirection;
         S::draw_lanes(
             samplers,
             &active,
-            &places,
+            &lane_indices,
             &states,
             decision,
             &mut direction,

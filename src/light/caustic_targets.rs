@@ -1,6 +1,6 @@
 //! Caustic targets of light paths: spheres around the shapes that cast caustics, towards which emitted rays are sampled.
 //!
-//! An emitted ray is sampled by its light's own density or, with probability `TARGETED`, towards one of the spheres: a
+//! An emitted ray is sampled by its light's own density or, with probability `TARGET_PROBABILITY`, towards one of the spheres: a
 //! direction uniform in the cone of the sphere as seen from the point on the light, or for a light at infinity a point
 //! uniform on the disk of the sphere across the ray. The density is that of the mixture, so that it covers every ray.
 //!
@@ -17,7 +17,7 @@ use std::f32::consts::PI;
 
 /// The probability of sampling a ray towards a target, where there is one: most rays stay as the light emits them, since much
 /// light reaches metal and glass by way of other surfaces.
-const TARGETED: f32 = 0.25;
+const TARGET_PROBABILITY: f32 = 0.25;
 
 /// The largest number of targets: a scene with more shapes that cast caustics has one target around all of them.
 pub const MAX_TARGETS: usize = 12;
@@ -76,10 +76,10 @@ impl CausticTargets {
     ) {
         let rays = EmittedRays::of(&sample.end, sample.direction, two_sided);
         let total: f32 = self.projected(rays).map(|target| target.size).sum();
-        if total <= 0.0 || u_choice >= TARGETED {
+        if total <= 0.0 || u_choice >= TARGET_PROBABILITY {
             return;
         }
-        let mut rest = u_choice / TARGETED * total;
+        let mut rest = u_choice / TARGET_PROBABILITY * total;
         let reached = self.projected(rays).filter(|target| target.size > 0.0);
         let mut chosen = None;
         for target in reached {
@@ -133,8 +133,8 @@ impl CausticTargets {
                     PI * chord2 <= target.size
                 }
                 EmittedRays::Along(along) => {
-                    let way = target.axis - through;
-                    let across = way - way.dot(along) * along;
+                    let offset = target.axis - through;
+                    let across = offset - offset.dot(along) * along;
                     PI * across.length_squared() <= target.size
                 }
             };
@@ -144,8 +144,8 @@ impl CausticTargets {
         if total <= 0.0 {
             return;
         }
-        let of_targets = TARGETED * hit / total;
-        let mixed = |own: f32| (1.0 - TARGETED) * own + of_targets;
+        let of_targets = TARGET_PROBABILITY * hit / total;
+        let mixed = |own: f32| (1.0 - TARGET_PROBABILITY) * own + of_targets;
         match rays {
             EmittedRays::From { .. } => {
                 pdf.direction = pdf.direction.map(|own| PdfSolidAngle(mixed(own.0)));
@@ -166,9 +166,9 @@ impl CausticTargets {
                 normal,
                 two_sided,
             } => {
-                let way = sphere.center - point;
-                let is_behind = !two_sided && way.dot(normal) < -sphere.radius;
-                let distance2 = way.length_squared();
+                let offset = sphere.center - point;
+                let is_behind = !two_sided && offset.dot(normal) < -sphere.radius;
+                let distance2 = offset.length_squared();
                 let sin2 = sphere.radius * sphere.radius / distance2;
                 // A sphere around the point itself fills all directions.
                 if sin2 >= 1.0 {
@@ -179,7 +179,7 @@ impl CausticTargets {
                 }
                 let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).sqrt());
                 ProjectedTarget {
-                    axis: way / distance2.sqrt(),
+                    axis: offset / distance2.sqrt(),
                     size: if is_behind {
                         0.0
                     } else {
@@ -235,7 +235,7 @@ mod tests {
     };
 
     /// The mean of one over the density is the measure of all rays, and its error that of samples with weights of at most
-    /// 1 / (1 - TARGETED).
+    /// 1 / (1 - TARGET_PROBABILITY).
     fn measure(end: ShadowRayEnd, own: EmissionPdf, two_sided: bool) -> [f64; 2] {
         let (targets, count) = (caustic_targets(), 100_000);
         let (mut sum, mut redirected) = (0.0, 0);
@@ -285,7 +285,7 @@ mod tests {
             "{all}"
         );
         assert!(
-            (redirected - f64::from(TARGETED)).abs() < 0.007,
+            (redirected - f64::from(TARGET_PROBABILITY)).abs() < 0.007,
             "{redirected}"
         );
     }
@@ -300,7 +300,7 @@ mod tests {
         let [all, redirected] = measure(ShadowRayEnd::Infinity, own, false);
         assert!((all / f64::from(area) - 1.0).abs() < 0.016, "{all}");
         assert!(
-            (redirected - f64::from(TARGETED)).abs() < 0.007,
+            (redirected - f64::from(TARGET_PROBABILITY)).abs() < 0.007,
             "{redirected}"
         );
     }

@@ -4,7 +4,7 @@
 //! its count. For a given amount of work it is least where n is proportional to sqrt(v/c), with c the work of one
 //! sample: the rays that it takes.
 //!
-//! **Why it is unbiased.** The pixels are coloured as a chessboard. The count of a white pixel is decided by the pilot
+//! **Why it is unbiased.** The pixels are coloured as a checkerboard. The count of a white pixel is decided by the pilot
 //! of the black ones alone, and vice versa. Given all samples of the black pixels, the counts of the white ones are
 //! constants, and each of these is a plain mean of a number of samples that does not depend on them: its expectation is
 //! exact, and its error bar is that of any mean. So no sample of the pilot is lost, low-discrepancy points continue
@@ -21,7 +21,7 @@
 //! samples from its count at the first level up to that at the last, and any division into such ranges has the same
 //! samples. Fractions of a round are rounded by a threshold that depends on the pixel's place alone.
 //!
-//! Measure: samples per pixel; shares have the mean 1 over each colour of the chessboard.
+//! Measure: samples per pixel; shares have the mean 1 over each colour of the checkerboard.
 //! Range: a window of at least one pixel. Pixels without neighbours get equal shares.
 //! Source: Neyman 1934 for the square root, Cochran 1977, section 5.5, for the work; sample splitting after Cox 1975.
 //! Tested in `tests/rendering/adaptive_pixels.rs`.
@@ -50,7 +50,7 @@ pub struct Allocation {
     /// The pixels of each colour.
     colours: [PixelGroup; 2],
     /// All pixels.
-    everyone: PixelGroup,
+    all_pixels: PixelGroup,
 }
 
 /// Pixels that share a mean.
@@ -135,7 +135,7 @@ impl Allocation {
             pilot,
             variances,
             colours: colours.map(|pixels| PixelGroup::new(pixels, &shares)),
-            everyone: PixelGroup::new((0..shares.len()).collect(), &shares),
+            all_pixels: PixelGroup::new((0..shares.len()).collect(), &shares),
             shares,
         }
     }
@@ -185,7 +185,7 @@ impl Allocation {
 
     /// The number of evenly distributed samples per pixel with the error of this level, by the pilot's estimates.
     pub fn equivalent_spp(&self, level: u64) -> f64 {
-        self.at(self.everyone.rate(self.pilot, level)).1
+        self.at(self.all_pixels.rate(self.pilot, level)).1
     }
 
     /// The level with the error of `equivalent_spp` evenly distributed samples per pixel.
@@ -241,7 +241,7 @@ fn threshold(place: u32) -> f64 {
     f64::from(place.wrapping_mul(GOLDEN)) / 4_294_967_296.0
 }
 
-/// The pixels of each colour of the chessboard.
+/// The pixels of each colour of the checkerboard.
 fn coloured(pixels: usize, width: usize) -> [Vec<usize>; 2] {
     let mut colours = [vec![], vec![]];
     for index in 0..pixels {
@@ -250,7 +250,7 @@ fn coloured(pixels: usize, width: usize) -> [Vec<usize>; 2] {
     colours
 }
 
-/// The chessboard colour of a pixel.
+/// The checkerboard colour of a pixel.
 fn colour(index: usize, width: usize) -> usize {
     (index % width + index / width) % 2
 }

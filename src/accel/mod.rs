@@ -54,7 +54,7 @@ impl ExcludedPrimitive {
     #[inline]
     fn rules_out(&self, hit: &Hit) -> bool {
         let is_error = self.id == hit.id && hit.t < self.free_distance;
-        planted!("departure-ignored", false, is_error)
+        planted!("excluded-primitive-ignored", false, is_error)
     }
 }
 

@@ -206,7 +206,7 @@ pub const PLANTED: &[Planted] = &[
         "lib::camera::tests::thin_lens_rays_converge_in_the_plane_of_focus",
     ),
     bug(
-        "departure-ignored",
+        "excluded-primitive-ignored",
         "a primitive just left counts even where it cannot truly be met",
         "tracing::rays::excluded_primitive_is_skipped_up_to_its_free_distance",
     ),

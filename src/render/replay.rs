@@ -58,7 +58,7 @@ pub enum PathEvent {
         visible: f32,
     },
     /// Indirect light from a cache, which ended the path.
-    Known {
+    CachedIndirect {
         /// The contribution.
         contribution: Rgb,
     },
@@ -209,7 +209,7 @@ impl PathObserver for EventRecorder<'_> {
     }
 
     fn cached_indirect(&mut self, contribution: Rgb) {
-        self.events.push(PathEvent::Known { contribution });
+        self.events.push(PathEvent::CachedIndirect { contribution });
     }
 
     fn scattered(&mut self, direction: Vec3, lobe: Lobe, beta: Rgb) {

@@ -145,7 +145,7 @@ fn cached_image_is_independent_of_threads_and_replayable() {
             let replayed = replay(&scene, &filter, &with(1), pixel, sample);
             replayed.expect("the settings are valid")
         };
-        let is_known = |event: &PathEvent| matches!(event, PathEvent::Known { .. });
+        let is_known = |event: &PathEvent| matches!(event, PathEvent::CachedIndirect { .. });
         let mut of_row = (0..32).map(|x| (x, [alone([x, 12], 0), alone([x, 12], 1)]));
         let (x, pixels) = of_row
             .find(|(_, pair)| {

@@ -80,7 +80,7 @@ fn describe(job: &RenderJob<'_>, event: &PathEvent, vertex: &mut u32) -> String 
                 rgb(*contribution)
             )
         }
-        PathEvent::Known { contribution } => {
+        PathEvent::CachedIndirect { contribution } => {
             format!("  indirect light {} by the cache", rgb(*contribution))
         }
         PathEvent::Scattered {

@@ -177,7 +177,7 @@ impl<'a, E: Effects, O: PathObserver + ?Sized> Connector<'a, '_, E, O> {
         };
         let pdf = scene.pdf_emission(choice.0, self.time, &light.end, -light.wi);
         let (mut source, rays) = LightVertex::new(light.end, lights.pmf_by_power(choice.0), &pdf);
-        source.direct = match light.pdf {
+        source.nee_pdf = match light.pdf {
             Some(pdf) => source.density_from(from, pdf),
             None => choice.1.0.into(),
         };

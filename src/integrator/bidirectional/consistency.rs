@@ -68,7 +68,7 @@ fn anew(
     let m = surfaces.len();
     whole.clear(m + 2);
     whole.densities[0].by_light = light.source.densities.by_light;
-    whole.direct = light.source.direct;
+    whole.nee_pdf = light.source.nee_pdf;
     whole.is_delta.copy_from_slice(is_delta);
     let p = |k: usize| surfaces[k].at.p;
     // The light subpath hit its first surface along this direction.

@@ -120,7 +120,7 @@ impl<E: Effects, O: PathObserver + ?Sized> Connector<'_, '_, E, O> {
         } = found;
         let pdf = scene.pdf_emission(light, self.time, &end, direction);
         let (mut source, rays) = LightVertex::new(end, scene.lights.pmf_by_power(light), &pdf);
-        source.direct = source.density_from(before.at.p, by_nee(&before.receiver()));
+        source.nee_pdf = source.density_from(before.at.p, by_nee(&before.receiver()));
         source.densities.by_camera = by_camera;
         let offset = source.offset_to(before.at.p, direction);
         let at_before = rays.density_at(offset, before.at.ng);

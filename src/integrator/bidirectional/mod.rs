@@ -304,14 +304,14 @@ impl Bidirectional {
         };
         subpath_sampler.sample::<E>(start, subpath);
         let first = subpath.vertices.first()?;
-        source.densities.by_camera = source.density_from(first.at.p, subpath.back);
+        source.densities.by_camera = source.density_from(first.at.p, subpath.pdf_to_start);
         let rules = LightSampling {
             choice: self.light_choice,
             ..LightSampling::default()
         };
         let (lights, receiver) = (&scene.lights, first.receiver());
         let pdf = lights.pdf_nee::<E>(light, &sample, rules, &receiver, time);
-        source.direct = match source.can_be_hit {
+        source.nee_pdf = match source.can_be_hit {
             true => source.density_from(receiver.p, PdfSolidAngle(pdf)),
             false => f64::from(pdf),
         };

@@ -219,7 +219,7 @@ pub struct LightVertex {
     /// The densities of finding the source.
     pub densities: Densities,
     /// The density with which light sampling at the vertex next to it finds the source.
-    pub direct: f64,
+    pub nee_pdf: f64,
 }
 
 impl LightVertex {
@@ -242,7 +242,7 @@ impl LightVertex {
                 by_light: f64::from(pmf.0) * first,
                 by_camera: 0.0,
             },
-            direct: 0.0,
+            nee_pdf: 0.0,
         };
         (source, rays)
     }

@@ -56,7 +56,7 @@ pub struct Subpath<'a, E: Effects> {
     /// The vertices on surfaces.
     pub vertices: Vec<SubpathVertex<'a, E>>,
     /// The density with which a subpath from the other end continues from the first vertex to where this one began.
-    pub back: PdfSolidAngle,
+    pub pdf_to_start: PdfSolidAngle,
     /// The last ray, if it left the scene.
     pub escape: Option<Escape>,
 }
@@ -65,7 +65,7 @@ impl<E: Effects> Default for Subpath<'_, E> {
     fn default() -> Self {
         Self {
             vertices: Vec::new(),
-            back: PdfSolidAngle(0.0),
+            pdf_to_start: PdfSolidAngle(0.0),
             escape: None,
         }
     }
@@ -75,7 +75,7 @@ impl<E: Effects> Subpath<'_, E> {
     /// Removes all vertices and keeps the memory.
     pub fn clear(&mut self) {
         self.vertices.clear();
-        self.back = PdfSolidAngle(0.0);
+        self.pdf_to_start = PdfSolidAngle(0.0);
         self.escape = None;
     }
 }
@@ -172,7 +172,7 @@ impl<'a, S: Sampler, O: PathObserver + ?Sized> SubpathSampler<'a, '_, S, O> {
                 break;
             };
             match subpath.vertices.last_mut() {
-                None => subpath.back = step.backwards,
+                None => subpath.pdf_to_start = step.backwards,
                 Some(before) => {
                     let density = before.density_from(at.p, step.backwards);
                     *kind.backwards(&mut before.densities) = density;

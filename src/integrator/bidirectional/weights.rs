@@ -25,7 +25,7 @@ pub struct WholePath {
     /// Whether the path continues by a delta lobe, for each vertex.
     pub is_delta: Vec<bool>,
     /// The density of finding x_0 by light sampling at x_1.
-    pub direct: f64,
+    pub nee_pdf: f64,
 }
 
 /// The densities around a connection, each of a vertex found from the other end.
@@ -54,13 +54,13 @@ impl WholePath {
         self.densities.resize(vertices, Densities::default());
         self.is_delta.clear();
         self.is_delta.resize(vertices, false);
-        self.direct = 0.0;
+        self.nee_pdf = 0.0;
     }
 
     /// Sets the densities of x_0.
     pub fn begin(&mut self, source: &LightVertex) {
         self.densities[0] = source.densities;
-        self.direct = source.direct;
+        self.nee_pdf = source.nee_pdf;
     }
 
     /// Sets the densities that the connection of x_{s-1}, of the light subpath, with x_s, of the camera subpath,
@@ -124,7 +124,7 @@ impl WholePath {
     fn density_of_light(&self, k: usize) -> f64 {
         match k {
             0 => self.densities[0].by_camera,
-            1 => self.direct,
+            1 => self.nee_pdf,
             _ => self.densities[0].by_light,
         }
     }
@@ -155,7 +155,7 @@ mod tests {
             densities.by_light = number(0.618_034 + 0.11 * x);
             densities.by_camera = number(0.414_214 + 0.07 * x);
         }
-        path.direct = number(0.732_051);
+        path.nee_pdf = number(0.732_051);
         if let Some(delta) = delta {
             path.is_delta[delta] = true;
         }
@@ -165,7 +165,7 @@ mod tests {
     /// The density p_s by its definition.
     fn density(path: &WholePath, s: usize) -> f64 {
         let of = |i: usize| match (i, s) {
-            (0, 1) => path.direct,
+            (0, 1) => path.nee_pdf,
             _ if i < s => path.densities[i].by_light,
             _ => path.densities[i].by_camera,
         };
@@ -201,7 +201,7 @@ mod tests {
         assert!((sum - 1.0).abs() < 1e-9);
         let mut unsampled = path(3, None);
         unsampled.densities[0].by_light = 0.0;
-        unsampled.direct = 0.0;
+        unsampled.nee_pdf = 0.0;
         assert_eq!(unsampled.weight(0), 1.0);
     }
 

@@ -33,11 +33,11 @@ pub struct DirectionPdf {
     pub cos: f32,
 }
 
-/// The factor of a vertex in the ratio of the density of a path traced from the other end to that of this path: `there`
-/// is the direction back along this path, `on` the direction in which it continues. Free of branches.
+/// The factor of a vertex in the ratio of the density of a path traced from the other end to that of this path:
+/// `reverse` is the direction back along this path, `forward` the direction in which it continues. Free of branches.
 #[inline(always)]
-pub fn vertex_ratio(there: DirectionPdf, on: DirectionPdf) -> f32 {
-    (there.pdf / on.pdf) * (on.cos / there.cos).abs()
+pub fn vertex_ratio(reverse: DirectionPdf, forward: DirectionPdf) -> f32 {
+    (reverse.pdf / forward.pdf) * (forward.cos / reverse.cos).abs()
 }
 
 /// The ratio d^2 / c for the surface that the camera sees: `over_film_density` is the number of light paths for each

@@ -106,7 +106,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             direct_light,
         );
         if E::DeltaLights::ON || E::EnvironmentMap::ON {
-            set_other_ends::<E>(at, direct_light);
+            set_shadow_rays_to_non_surfaces::<E>(at, direct_light);
         }
         if !wavefront.observer.is_observing() {
             return;
@@ -248,7 +248,10 @@ vectorised! {
 }
 
 /// Sets the shadow rays to lights that are not surfaces.
-fn set_other_ends<E: Effects>(at: &InteractionLanes<E>, direct_light: &mut DirectLightLanes) {
+fn set_shadow_rays_to_non_surfaces<E: Effects>(
+    at: &InteractionLanes<E>,
+    direct_light: &mut DirectLightLanes,
+) {
     for lane in direct_light.shadow_ray_lanes.each() {
         if direct_light.samples.end[lane] == ShadowRayEndKind::Surface as u32 {
             continue;

@@ -325,9 +325,9 @@ vectorised! {
         block: &mut PathBlock<E>,
         scattering: &mut ScatteringLanes,
     ) {
-        let of_lanes = at;
+        let interactions = at;
         for lane in 0..LANES {
-            let at: Interaction<E, LaneVec3> = of_lanes.get(lane);
+            let at: Interaction<E, LaneVec3> = interactions.get(lane);
             let wi = at.frame.to_world(load(&scattering.wi, lane));
             // A direction sampled about the shading normal may be on the wrong side of the geometric surface: light would
             // leak.
@@ -360,7 +360,7 @@ vectorised! {
             }
             store(&mut block.beta, lane, beta);
             let pdf = scattering.pdf[lane];
-            block.set_prev_normal(lane, of_lanes.receiver_normal(lane));
+            block.set_prev_normal(lane, interactions.receiver_normal(lane));
             block.spawn_extension_ray(lane, &at, wi, pdf, is_transmitted);
             let continues = is_scattered & !ends;
             block.active.set(lane, continues);

@@ -128,7 +128,7 @@ pub(super) fn is_positive(x: f32) -> bool {
 
 vectorised! {
     /// The directions from a second surface to the first ones, in its shading frame.
-    pub(super) fn look_back<E: Effects>(
+    pub(super) fn directions_to_first_surfaces<E: Effects>(
         first: &InteractionLanes<E>,
         second: &Interaction<E, LaneVec3>,
         wo: &mut Lanes3,

@@ -5,7 +5,7 @@
 mod common;
 
 use common::TestRng;
-use common::tracing::{direction, point, standing};
+use common::tracing::{direction, point, static_world};
 use etendue::internals::accel::{Accel, AccelOptions, Backend, Precision, Quality};
 use etendue::internals::geometry::{Geometry, mesh::Mesh};
 
@@ -31,7 +31,7 @@ fn threads() -> usize {
 
 #[test]
 fn embree_build_respects_single_thread_and_quality_options() {
-    let world = standing(vec![Geometry::Mesh(needles())]);
+    let world = static_world(vec![Geometry::Mesh(needles())]);
     let build = |precision, quality| {
         let options = AccelOptions {
             backend: Backend::Embree,

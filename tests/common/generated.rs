@@ -5,7 +5,7 @@
 //! Source: none needed.
 
 use super::TestRng;
-use super::scene::{diffuse, looking, mirrored_octahedron, panorama, rectangle, sky, surface};
+use super::scene::{diffuse, mirrored_octahedron, panorama, patch_scene, rectangle, sky, surface};
 use etendue::internals::bsdf::conductor;
 use etendue::internals::effects::{Effect, EffectSet};
 use etendue::internals::geometry::texture::Texture;
@@ -231,7 +231,7 @@ impl Generator {
 
     /// Generates a scene that may use any of the wanted effects, and no others.
     pub fn scene(&mut self, wanted: EffectSet) -> SceneDescription {
-        let mut scene = looking(
+        let mut scene = patch_scene(
             DVec3::new(0.0, 1.5, 5.0),
             DVec3::new(0.0, 0.5, 0.0),
             diffuse(0.7),

@@ -4,7 +4,7 @@
 //! Range: the room is rendered in 16 x 16 pixels with a box filter; the floor in 32 pixels that all see one point.
 //! Source: none needed.
 
-use super::scene::{diffuse, looking, rectangle, surface};
+use super::scene::{diffuse, patch_scene, rectangle, surface};
 use super::scene_folder::load_text;
 use etendue::internals::math::vec::DVec3;
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
@@ -103,7 +103,7 @@ intensity = [2, 2, 2]
 
 /// A floor of albedo 0.5 below an emissive shape; the camera sees one point of the floor.
 pub fn floor_below(lamp: GeometryDescription) -> SceneDescription {
-    let mut scene = looking(DVec3::new(0.0, 0.5, 0.8), DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::new(0.0, 0.5, 0.8), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-1.0, 0.0, 1.0], [2.0, 0.0, 0.0], [0.0, 0.0, -2.0]);
     scene.shapes.push(surface(ground, 0.0));
     scene.shapes.push(surface(lamp, 1.0));

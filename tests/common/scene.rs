@@ -22,7 +22,7 @@ use etendue::internals::scene::description::{
 };
 use etendue::internals::scene::prepare::prepare;
 use etendue_lab::battery::case::{Effort, Trial};
-pub use etendue_lab::battery::patch::looking;
+pub use etendue_lab::battery::patch::patch_scene;
 use etendue_lab::battery::patch::{self, PatchSettings};
 pub use etendue_lab::scene_builder::{diffuse, polygon, rectangle, sky, surface};
 use std::sync::Arc;
@@ -146,7 +146,7 @@ pub fn picture(description: &SceneDescription, backend: Backend, spp: u64) -> Ve
 
 /// A scene for whole images: a lit floor, an emissive sphere, and an octahedron with shading normals.
 pub fn gallery() -> SceneDescription {
-    let mut scene = looking(DVec3::new(1.0, -4.0, 2.0), DVec3::ZERO, diffuse(0.6));
+    let mut scene = patch_scene(DVec3::new(1.0, -4.0, 2.0), DVec3::ZERO, diffuse(0.6));
     scene.film.size = (16, 12);
     scene.camera.fov = 0.7;
     let ball = GeometryDescription::Sphere {

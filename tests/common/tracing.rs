@@ -13,7 +13,7 @@ use etendue_lab::bench::closed::cube_surface;
 use std::sync::Arc;
 
 /// A world of static shapes without instances.
-pub fn standing(geometries: Vec<Geometry>) -> Arc<World> {
+pub fn static_world(geometries: Vec<Geometry>) -> Arc<World> {
     Arc::new(World::new(geometries, vec![], vec![]))
 }
 

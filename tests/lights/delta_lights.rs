@@ -2,7 +2,7 @@
 //! battery compares images with their closed forms.
 
 use crate::common::quadrature::integrate;
-use crate::common::scene::{diffuse, looking, rectangle, see, surface};
+use crate::common::scene::{diffuse, patch_scene, rectangle, see, surface};
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::light::distant::DistantLight;
@@ -118,7 +118,7 @@ fn distant_light_sample_has_given_direction_and_irradiance() {
 
 /// A scene with a floor of albedo 0.5 around the origin, seen from above, and lights.
 fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescription {
-    let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let side = 2.0 * half;
     let ground = rectangle([-half, 0.0, half], [side, 0.0, 0.0], [0.0, 0.0, -side]);
     scene.shapes.push(surface(ground, 0.0));
@@ -163,7 +163,7 @@ fn distant(direction: DVec3, irradiance: f32) -> LightModel {
 #[test]
 fn delta_lights_are_invisible_to_camera_and_scattered_rays() {
     // The camera looks straight at the light, in front of a wall.
-    let towards = looking(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
+    let towards = patch_scene(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
     let mut scene = towards;
     scene.shapes.push(surface(
         rectangle([-1.0, -1.0, -1.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]),

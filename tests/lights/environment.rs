@@ -4,7 +4,7 @@ use crate::common::TestRng;
 use crate::common::chi_square::ChiSquareTest;
 use crate::common::closed_forms::bright_texel;
 use crate::common::quadrature::integrate;
-use crate::common::scene::{diffuse, looking, ready, rectangle, see, see_by, surface};
+use crate::common::scene::{diffuse, patch_scene, ready, rectangle, see, see_by, surface};
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
 use etendue::internals::effects::kernel::types::Everything;
@@ -341,7 +341,7 @@ fn environment_pdf_includes_the_light_selection_probability() {
 
 /// A floor of albedo 0.5 under an environment map, seen from above.
 fn floor_under(texture: Texture, to_world: DMat3) -> SceneDescription {
-    let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-3.0, 0.0, 3.0], [6.0, 0.0, 0.0], [0.0, 0.0, -6.0]);
     scene.shapes.push(surface(ground, 0.0));
     let radiance = ColourDescription::Texture(Arc::new(texture));

@@ -1,6 +1,6 @@
 //! Tests of area lights that BSDF sampling and light sampling both find (combined by MIS), or only one of them.
 
-use crate::common::scene::{diffuse, looking, rectangle, see, surface};
+use crate::common::scene::{diffuse, patch_scene, rectangle, see, surface};
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::Roulette;
@@ -17,7 +17,7 @@ const REFLECTANCE: f32 = 0.99;
 #[test]
 fn large_area_light_render_matches_its_form_factor() {
     let albedo = 0.5;
-    let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
+    let mut scene = patch_scene(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let lamp = rectangle([-1.0, -1.0, 1.0], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
     scene.shapes = vec![surface(floor, 0.0), surface(lamp, 1.0)];
@@ -33,7 +33,7 @@ fn large_area_light_render_matches_its_form_factor() {
 #[test]
 fn light_reflected_by_mirror_matches_its_virtual_image() {
     let albedo = 0.5;
-    let mut scene = looking(DVec3::new(-0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
+    let mut scene = patch_scene(DVec3::new(-0.3, 0.2, 0.4), DVec3::ZERO, diffuse(albedo));
     let model = MaterialModel::Mirror {
         reflectance: ColourDescription::Constant(Rgb::grey(REFLECTANCE)),
     };

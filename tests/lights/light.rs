@@ -61,10 +61,10 @@ fn sampled(lights: &Lights, p: Vec3, [u, v, a, b]: [f32; 4]) -> Option<LightSamp
 }
 
 /// Whether a ray from `p` along `w` hits a light.
-type Meets = fn(Vec3, Vec3) -> bool;
+type HitsLight = fn(Vec3, Vec3) -> bool;
 
 /// One light of each kind about (0, 0, 1), the flat ones looking down.
-fn lights(two_sided: bool) -> [(&'static str, Light, Meets); 4] {
+fn lights(two_sided: bool) -> [(&'static str, Light, HitsLight); 4] {
     let e = emission(two_sided);
     let triangle = [CORNER, CORNER + EDGES[0], CORNER + EDGES[1]];
     let disk = Disk::new(CENTER, -Vec3::Z, RADIUS);

@@ -2,7 +2,7 @@
 //! gives the image of the kernel with all effects, bit for bit, and the state of absent effects has no size.
 
 use crate::common::generated::{Generator, SIZE};
-use crate::common::scene::{diffuse, looking, rectangle, sky, surface};
+use crate::common::scene::{diffuse, patch_scene, rectangle, sky, surface};
 use crate::common::scene_folder::in_repository;
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::effects::kernel::types::{Everything, Matte};
@@ -147,7 +147,7 @@ fn fitting_kernels_are_bit_identical_on_200_generated_scenes() {
 
 #[test]
 fn kernel_lacking_a_required_effect_is_rejected() {
-    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     scene.lights = vec![sky(Rgb::WHITE)];
     let ready = ready(&scene, Backend::ALL[0]);
     let settings = RenderSettings {
@@ -180,7 +180,7 @@ fn state_of_absent_effects_has_zero_size() {
 
 #[test]
 fn no_op_scene_features_require_no_effects() {
-    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let grey = Rgb::grey(0.3);
     let one_colour = ColourDescription::Texture(Arc::new(Texture::Checker {
         colours: [grey; 2],

@@ -210,12 +210,12 @@ intensity = 2
     assert!(effects.has(Effect::DeltaLights));
     for integrator in COURSE {
         let bias = integrator.bias(effects).unwrap_or_default();
-        let looks = matches!(
+        let samples_lights = matches!(
             integrator,
             IntegratorKind::LightOrRest | IntegratorKind::NextEvent
         );
         let lacks = bias.contains("scattered rays cannot hit point, spot and distant lights");
-        assert_eq!(lacks, !looks, "{bias}");
+        assert_eq!(lacks, !samples_lights, "{bias}");
         assert_eq!(integrator.bias(EffectSet::NONE), None);
     }
 }

@@ -2,7 +2,7 @@
 //! confusion. Its closed form is row 45 of the battery.
 
 use crate::common::nightly::backends;
-use crate::common::scene::{diffuse, gallery, keys, looking, picture, rectangle, see, surface};
+use crate::common::scene::{diffuse, gallery, keys, patch_scene, picture, rectangle, see, surface};
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::Roulette;
@@ -36,7 +36,7 @@ fn tiny_lens_radiance_agrees_with_a_pinhole() {
     for &backend in backends("tiny lens") {
         for target in [DVec3::new(0.7, -1.0, 0.0), DVec3::new(0.5, 0.3, 0.65)] {
             let mut scene = gallery();
-            let view = looking(DVec3::new(1.0, -4.0, 2.0), target, diffuse(0.6));
+            let view = patch_scene(DVec3::new(1.0, -4.0, 2.0), target, diffuse(0.6));
             (scene.camera, scene.film) = (view.camera, view.film);
             let pinhole = see(&scene, backend, 1 << 12, Some(1), Roulette::None);
             scene.camera.lens_radius = 1e-8;
@@ -62,7 +62,7 @@ fn tiny_lens_radiance_agrees_with_a_pinhole() {
 
 /// A half-plane x >= `edge` at z = 0 with radiance 1, seen around the origin from a height.
 fn half_plane(edge: f64, height: f64, lens_radius: f64, focus_distance: f64) -> SceneDescription {
-    let mut scene = looking(height * DVec3::Z, DVec3::ZERO, diffuse(0.0));
+    let mut scene = patch_scene(height * DVec3::Z, DVec3::ZERO, diffuse(0.0));
     // As large as rays can reach, and no larger: the absolute precision depends on the size of the scene.
     let far = 1.0 + 4.0 * lens_radius * f64::abs(height / focus_distance - 1.0);
     let half = rectangle([edge, -far, 0.0], [far, 0.0, 0.0], [0.0, 2.0 * far, 0.0]);

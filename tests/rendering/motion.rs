@@ -5,7 +5,8 @@ use crate::common::closed_forms::parallel_rectangle;
 use crate::common::nightly::{backends, one_in, samples_and_limit};
 use crate::common::quadrature::integrate;
 use crate::common::scene::{
-    as_instance, diffuse, gallery, keys, looking, picture, polygon, rectangle, see, slide, surface,
+    as_instance, diffuse, gallery, keys, patch_scene, picture, polygon, rectangle, see, slide,
+    surface,
 };
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
@@ -34,7 +35,7 @@ fn check(what: &str, scene: &SceneDescription, bounces: u32, exact: f64, power: 
 }
 
 /// Sets of keys, each with a shutter, that leave an object at `there`: row 44 of the catalogue of hard cases.
-fn standing(
+fn static_world(
     there: DVec3,
     at: impl Fn(DVec3) -> DAffine3,
 ) -> Vec<(&'static str, [f64; 2], Vec<Keyframe>)> {
@@ -110,7 +111,7 @@ fn static_keyframes_are_bit_identical_to_static_transforms() {
         written.camera.to_world = pose(eye);
         let camera_written = picture(&written, backend, 4);
 
-        for (name, shutter, keys) in standing(there, at) {
+        for (name, shutter, keys) in static_world(there, at) {
             let name = format!("{name}, {}", backend.name());
             let mut scene = gallery();
             scene.camera.shutter = shutter;
@@ -125,7 +126,7 @@ fn static_keyframes_are_bit_identical_to_static_transforms() {
                 "instance: {name}"
             );
         }
-        for (name, shutter, keys) in standing(eye, pose) {
+        for (name, shutter, keys) in static_world(eye, pose) {
             let mut scene = gallery();
             scene.camera.to_world = DAffine3::IDENTITY;
             scene.camera.shutter = shutter;
@@ -141,7 +142,7 @@ fn static_keyframes_are_bit_identical_to_static_transforms() {
 
 /// A wall of radiance 1 at z = 0, whose centre is seen from above.
 fn wall() -> SceneDescription {
-    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
+    let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.0));
     scene.camera.shutter = SHUTTER;
     let wall = rectangle([-3.0, -3.0, 0.0], [6.0, 0.0, 0.0], [0.0, 6.0, 0.0]);
     scene.shapes = vec![surface(wall, 1.0)];
@@ -237,7 +238,7 @@ fn moving_disk_motion_blur_matches_chord_lengths() {
         (0.75, 0.05),
     ] {
         let target = DVec3::new(x, y, 0.0);
-        let mut scene = looking(target + DVec3::Z, target, diffuse(0.0));
+        let mut scene = patch_scene(target + DVec3::Z, target, diffuse(0.0));
         scene.camera.shutter = SHUTTER;
         let disk = GeometryDescription::Disk {
             center: DVec3::ZERO,
@@ -271,7 +272,7 @@ fn moving_camera_averages_a_checker_over_the_shutter() {
     for (from, to) in [(-1.25, 0.5), (0.75, -1.75), (-0.875, -0.125)] {
         let eye = |x: f64| DVec3::new(x, 0.0, 1.0);
         let camera = |x: f64| {
-            looking(eye(x), eye(x) - DVec3::Z, diffuse(0.0))
+            patch_scene(eye(x), eye(x) - DVec3::Z, diffuse(0.0))
                 .camera
                 .to_world
         };
@@ -304,7 +305,7 @@ fn rotation_keyframes_have_constant_angular_speed() {
     ] {
         for angle in angles {
             let target = 0.6 * corner(f64::to_radians(angle));
-            let mut scene = looking(target + DVec3::Z, target, diffuse(0.0));
+            let mut scene = patch_scene(target + DVec3::Z, target, diffuse(0.0));
             scene.camera.shutter = SHUTTER;
             scene.shapes = vec![surface(blade.clone(), 1.0)];
             scene.shapes[0].motion = path.clone();
@@ -327,7 +328,7 @@ fn camera_motion_agrees_with_inverse_scene_motion() {
         center: center.into(),
         radius,
     };
-    let mut room = looking(DVec3::ZERO, DVec3::new(0.0, -1.0, -2.0), diffuse(0.7));
+    let mut room = patch_scene(DVec3::ZERO, DVec3::new(0.0, -1.0, -2.0), diffuse(0.7));
     room.camera.shutter = SHUTTER;
     let floor = rectangle([-4.0, -1.0, -4.0], [0.0, 0.0, 8.0], [8.0, 0.0, 0.0]);
     let crate_ = GeometryDescription::Box {
@@ -385,7 +386,7 @@ fn camera_motion_agrees_with_inverse_scene_motion() {
 /// A floor at z = 0 whose centre is seen from 0.2 above it.
 fn floor() -> SceneDescription {
     let eye = DVec3::new(0.15, 0.1, 0.2);
-    let mut scene = looking(eye, DVec3::ZERO, diffuse(ALBEDO));
+    let mut scene = patch_scene(eye, DVec3::ZERO, diffuse(ALBEDO));
     scene.camera.shutter = SHUTTER;
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     scene.shapes = vec![surface(floor, 0.0)];

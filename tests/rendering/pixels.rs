@@ -1,7 +1,7 @@
 //! Tests of pixel reconstruction: a pixel is the mean radiance weighted by the reconstruction filter about its centre. At
 //! a straight edge it is the filter's integral beyond the edge, which has a closed form.
 
-use crate::common::scene::{diffuse, looking, ready, rectangle, surface};
+use crate::common::scene::{diffuse, patch_scene, ready, rectangle, surface};
 use etendue::internals::accel::Backend;
 use etendue::internals::film::filter::{Filter, FilterDescription, FilterKind};
 use etendue::internals::math::stats::Moments;
@@ -16,7 +16,7 @@ const ALONG: u32 = 32;
 
 /// A scene with radiance 1 beyond an edge, which is `edge` pixels from the image's left or, if `turned`, from its top.
 fn half_lit(edge: f64, turned: bool) -> SceneDescription {
-    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
+    let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.0));
     scene.film.size = if turned {
         (ALONG, ACROSS)
     } else {

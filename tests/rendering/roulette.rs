@@ -1,7 +1,7 @@
 //! Russian roulette ends paths at random and does not change the mean: tested on a surface whose lobes see a lamp and
 //! darkness, with an albedo below 1.
 
-use crate::common::scene::{looking, see, surface};
+use crate::common::scene::{patch_scene, see, surface};
 use crate::common::scene_folder::in_repository;
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::kind::IntegratorKind;
@@ -23,7 +23,7 @@ fn highlight() -> SceneDescription {
         specular: grey(0.3),
         exponent: 100.0,
     };
-    let mut scene = looking(DVec3::new(0.0, -1.0, 1.0), DVec3::ZERO, model);
+    let mut scene = patch_scene(DVec3::new(0.0, -1.0, 1.0), DVec3::ZERO, model);
     let disk = |center, normal, radius| GeometryDescription::Disk {
         center,
         normal,

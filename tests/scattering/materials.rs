@@ -2,7 +2,7 @@
 
 use crate::common::closed_forms::parallel_rectangle;
 use crate::common::nightly::backends;
-use crate::common::scene::{diffuse, looking, ready, rectangle, see, sky, surface};
+use crate::common::scene::{diffuse, patch_scene, ready, rectangle, see, sky, surface};
 use crate::common::verdict::assert_mean;
 use etendue::internals::accel::Backend;
 use etendue::internals::effects::kernel::types::Everything;
@@ -52,7 +52,7 @@ fn square(z: f64, material: usize) -> ShapeDescription {
 /// A floor at z = 0 of radiance 1, seen from straight above through squares of the material `veil`.
 fn glowing_floor(veil: MaterialDescription, heights: &[f64]) -> SceneDescription {
     let eye = DVec3::new(0.1, 0.2, 3.0);
-    let mut scene = looking(eye, DVec3::new(0.1, 0.2, 0.0), diffuse(0.0));
+    let mut scene = patch_scene(eye, DVec3::new(0.1, 0.2, 0.0), diffuse(0.0));
     scene.materials.push(veil);
     let emission = Some(grey(1.0));
     let floor = ShapeDescription {
@@ -138,7 +138,7 @@ fn shadow_ray_transmittance_through_alpha_is_exact() {
 
         // Also for light that is sampled by NEE and by the BSDF: a floor under a lamp, with a veil between.
         let eye = DVec3::new(0.3, 0.2, 0.4);
-        let mut scene = looking(eye, DVec3::ZERO, diffuse(ALBEDO));
+        let mut scene = patch_scene(eye, DVec3::ZERO, diffuse(ALBEDO));
         let alpha = 0.75_f32;
         scene.materials.push(partly_there(grey(alpha)));
         let lamp = rectangle([-1.0, -1.0, 1.5], [0.0, 2.0, 0.0], [2.0, 0.0, 0.0]);
@@ -176,7 +176,7 @@ fn binary_alpha_cutouts_are_opaque_or_invisible() {
 #[test]
 fn emission_is_scaled_by_alpha() {
     let lit = |alpha: ColourDescription, lamp| {
-        let mut scene = looking(
+        let mut scene = patch_scene(
             DVec3::new(0.3, 0.2, 2.4),
             DVec3::new(0.1, 0.3, 0.0),
             diffuse(ALBEDO),
@@ -213,7 +213,7 @@ fn zero_alpha_surfaces_do_not_change_the_image() {
         let eye = DVec3::new(0.3, 0.2, 2.4);
         // Not on the diagonal, where either of two triangles may be hit.
         let target = DVec3::new(0.1, 0.3, 0.0);
-        let mut without = looking(eye, target, diffuse(ALBEDO));
+        let mut without = patch_scene(eye, target, diffuse(ALBEDO));
         let lamp = rectangle([-1.0, -1.0, 1.5], [0.0, 0.5, 0.0], [2.0, 0.0, 0.0]);
         without.shapes = vec![square(0.0, 0), surface(lamp, 1.0)];
         // The scene's coordinates are normalised about the middle of most shapes: these shapes keep it in place.
@@ -352,7 +352,7 @@ fn textured_emission_matches_closed_form_irradiance() {
             ([0.0, 3.0], Vec2::new(1.0, 2.0), bright),
             ([3.0, 1.0], Vec2::new(2.0, 2.0), bright + dark),
         ] {
-            let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(ALBEDO));
+            let mut scene = patch_scene(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(ALBEDO));
             let emission = ColourDescription::Texture(checker(colours, repeat));
             let lamp = ShapeDescription {
                 emission: Some(emission),
@@ -444,7 +444,7 @@ fn normal_map_shading_matches_closed_forms() {
     let to_lamp = DVec3::new(0.5, 0.3, 0.8).normalize();
     let (distance, radius) = (10.0, 1.0);
     for (name, form, strength, normal) in cases {
-        let mut scene = looking(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, diffuse(ALBEDO));
+        let mut scene = patch_scene(DVec3::new(0.0, 0.0, 5.0), DVec3::ZERO, diffuse(ALBEDO));
         scene.materials[0].normal_map = Some(tilted(n, strength));
         let center = distance * to_lamp;
         let lamp = GeometryDescription::Sphere { center, radius };
@@ -500,7 +500,7 @@ fn bump_map_shading_matches_closed_forms() {
         let to_lamp = DVec3::new(0.5, 0.3, 0.8).normalize();
         let (distance, radius) = (10.0 * unit, unit);
         for (name, form, normal) in cases {
-            let mut scene = looking(unit * 5.0 * z, DVec3::ZERO, diffuse(ALBEDO));
+            let mut scene = patch_scene(unit * 5.0 * z, DVec3::ZERO, diffuse(ALBEDO));
             scene.materials[0].bump_map = Some(BumpMapDescription {
                 texture: Arc::clone(&heights),
                 height: HEIGHT * unit as f32,
@@ -523,7 +523,7 @@ fn bump_map_shading_matches_closed_forms() {
 fn one_sided_backface_is_black_and_casts_shadows() {
     for &backend in Backend::ALL {
         let seen_from = |z: f64, two_sided: bool| {
-            let mut scene = looking(DVec3::new(0.1, 0.2, z), DVec3::ZERO, diffuse(1.0));
+            let mut scene = patch_scene(DVec3::new(0.1, 0.2, z), DVec3::ZERO, diffuse(1.0));
             scene.materials[0].two_sided = two_sided;
             scene.lights = vec![sky(Rgb::WHITE)];
             scene.shapes = vec![square(0.0, 0)];
@@ -536,7 +536,7 @@ fn one_sided_backface_is_black_and_casts_shadows() {
         assert_eq!(seen, [all, nothing, all, all]);
 
         // No light passes, from either side.
-        let mut scene = looking(DVec3::new(0.1, 0.2, 3.0), DVec3::ZERO, diffuse(1.0));
+        let mut scene = patch_scene(DVec3::new(0.1, 0.2, 3.0), DVec3::ZERO, diffuse(1.0));
         scene.materials[0].two_sided = false;
         scene.shapes = vec![square(0.0, 0)];
         let scene = ready(&scene, backend);

@@ -1,7 +1,7 @@
 //! Hard case 17: shading normals far from the geometric normal, on its other side, and of zero length. No surface reflects
 //! more than arrives, and no light leaks through it. The albedo of a diffuse one is row 17 of the battery.
 
-use crate::common::scene::{diffuse, looking, see, sky, surface};
+use crate::common::scene::{diffuse, patch_scene, see, sky, surface};
 use etendue::internals::accel::Backend;
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
@@ -20,7 +20,7 @@ fn tilted(angle: f64) -> DVec3 {
 
 /// A triangle around the origin in z = 0, facing up, with this shading normal, seen from the direction `wo`.
 fn plane(model: MaterialModel, normal: DVec3, wo: DVec3) -> SceneDescription {
-    let mut scene = looking(3.0 * wo, DVec3::ZERO, model);
+    let mut scene = patch_scene(3.0 * wo, DVec3::ZERO, model);
     let corners = [(-3.0, -3.0), (3.0, -3.0), (0.0, 4.0)];
     let mesh = MeshDescription {
         positions: corners.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec(),

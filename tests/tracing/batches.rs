@@ -3,7 +3,7 @@
 
 use crate::common::TestRng;
 use crate::common::tracing::{
-    closed_mesh, direction, in_single, moving, point, rotation, same, soup, standing, triangle,
+    closed_mesh, direction, in_single, moving, point, rotation, same, soup, static_world, triangle,
 };
 use etendue::internals::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use etendue::internals::accel::{Accel, AccelOptions, Backend, Hit, Precision, Quality, brute};
@@ -209,14 +209,14 @@ fn compare_all(world: &Arc<World>, rng: &mut TestRng) {
 #[test]
 fn batch_and_single_ray_hits_agree_on_every_shape_kind() {
     let mut rng = TestRng::new(31);
-    compare_all(&standing(soup(&mut rng)), &mut rng);
+    compare_all(&static_world(soup(&mut rng)), &mut rng);
     // Each kind by itself, since Embree has a tree for each kind, and other kernels where there is only one.
     for kind in 0..3 {
         let shapes = soup(&mut rng).into_iter().skip(kind).step_by(3);
         let shapes: Vec<_> = shapes
             .chain(soup(&mut rng).into_iter().skip(kind).step_by(3))
             .collect();
-        compare_all(&standing(shapes), &mut rng);
+        compare_all(&static_world(shapes), &mut rng);
     }
 }
 
@@ -224,13 +224,13 @@ fn batch_and_single_ray_hits_agree_on_every_shape_kind() {
 fn batch_and_single_ray_hits_agree_on_meshes() {
     let mut rng = TestRng::new(32);
     let mesh = |n, round| Geometry::Mesh(closed_mesh(n, round));
-    compare_all(&standing(vec![mesh(8, true)]), &mut rng);
+    compare_all(&static_world(vec![mesh(8, true)]), &mut rng);
     let triangles = (0..300).map(|_| {
         let center = point(&mut rng);
         triangle([0, 1, 2].map(|_| center + 0.3 * point(&mut rng)))
     });
     let shapes = triangles.chain([mesh(3, true)]).collect();
-    compare_all(&standing(shapes), &mut rng);
+    compare_all(&static_world(shapes), &mut rng);
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn batch_and_single_ray_hits_agree_on_moving_instances() {
 #[test]
 fn batches_in_empty_space_hit_nothing() {
     let mut rng = TestRng::new(34);
-    for (name, accel) in every_accel(&standing(vec![])) {
+    for (name, accel) in every_accel(&static_world(vec![])) {
         for packets in every_packets() {
             let rays = random_rays(20, &mut rng);
             let (mut hits, mut occluded) = (HitBatch::default(), vec![]);
@@ -282,7 +282,7 @@ fn robust_batches_are_watertight_at_closed_mesh_edges() {
     const RAYS: usize = 20_000;
     let mut rng = TestRng::new(35);
     let mesh = closed_mesh(6, true);
-    let world = standing(vec![Geometry::Mesh(mesh.clone())]);
+    let world = static_world(vec![Geometry::Mesh(mesh.clone())]);
     let mut batches = [(); 3].map(|()| RayBatch::default());
     for index in 0..RAYS {
         let from = 0.5 * point(&mut rng);

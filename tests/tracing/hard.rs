@@ -6,7 +6,7 @@
 
 use crate::common::TestRng;
 use crate::common::tracing::{
-    closed_mesh, direction, placed_once, point, same, soup, standing, triangle,
+    closed_mesh, direction, placed_once, point, same, soup, static_world, triangle,
 };
 use etendue::internals::accel::{Accel, AccelOptions, Backend, Precision, Quality, brute};
 use etendue::internals::geometry::Geometry;
@@ -126,7 +126,7 @@ fn robust_hit_distances_equal_brute_force_on_hard_rays() {
     const RAYS: usize = 20_000;
     let mut rng = TestRng::new(31);
     for (kind, shapes) in worlds(&mut rng) {
-        let world = standing(shapes.clone());
+        let world = static_world(shapes.clone());
         let accels = accels(&world, Precision::Robust);
         let mut found = 0;
         for _ in 0..RAYS {
@@ -153,7 +153,7 @@ fn fast_hits_mostly_match_brute_force() {
     const RAYS: usize = 20_000;
     let mut rng = TestRng::new(32);
     for (kind, shapes) in worlds(&mut rng) {
-        let world = standing(shapes.clone());
+        let world = static_world(shapes.clone());
         for (name, accel) in accels(&world, Precision::Fast) {
             let (mut aimed, mut off) = (0, 0);
             for _ in 0..RAYS {
@@ -183,7 +183,7 @@ fn occlusion_equals_existence_of_a_closest_hit() {
     let mut rng = TestRng::new(33);
     for (kind, shapes) in worlds(&mut rng) {
         let worlds = [
-            standing(shapes.clone()),
+            static_world(shapes.clone()),
             placed_once(shapes.clone(), vec![DAffine3::IDENTITY]),
         ];
         for world in &worlds {
@@ -209,7 +209,7 @@ fn occlusion_equals_existence_of_a_closest_hit() {
 fn hits_at_t_max_count_and_hits_at_t_min_do_not() {
     let shapes = vec![grid(3, 2.0)];
     let worlds = [
-        standing(shapes.clone()),
+        static_world(shapes.clone()),
         placed_once(shapes, vec![DAffine3::IDENTITY]),
     ];
     for world in &worlds {
@@ -241,7 +241,7 @@ fn deep_bvh_traversal_matches_brute_force() {
         let corner = |y: f32, z: f32| size * Vec3::new(1.0, y, z);
         triangle([corner(-1.0, -1.0), corner(1.0, -1.0), corner(0.0, 1.0)])
     });
-    let world = standing(nested.collect());
+    let world = static_world(nested.collect());
     let mut rng = TestRng::new(34);
     for (name, accel) in accels(&world, Precision::Robust) {
         for _ in 0..2_000 {

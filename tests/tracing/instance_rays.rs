@@ -3,7 +3,7 @@
 
 use crate::common::TestRng;
 use crate::common::tracing::{
-    closed_mesh, direction, every_accel, in_single, moving, placed_once, point, soup, standing,
+    closed_mesh, direction, every_accel, in_single, moving, placed_once, point, soup, static_world,
     transforms,
 };
 use etendue::internals::accel::{Accel, AccelOptions, Backend, Hit, Precision, brute};
@@ -161,7 +161,7 @@ fn hits_and_ids_across_groups_agree_with_brute_force() {
 fn identity_instance_hits_equal_those_of_its_shapes() {
     let mut rng = TestRng::new(14);
     let shapes = soup(&mut rng);
-    let roots = every_accel(&standing(shapes.clone()));
+    let roots = every_accel(&static_world(shapes.clone()));
     let instance = every_accel(&placed_once(shapes, vec![DAffine3::IDENTITY]));
     let mut found = 0;
     for ((name, root), (_, instance)) in roots.iter().zip(&instance) {
@@ -183,13 +183,13 @@ fn constant_motion_hits_match_those_of_a_static_instance() {
     let mut rng = TestRng::new(15);
     for (kind, transform) in transforms(&mut rng) {
         let shapes = soup(&mut rng);
-        let standing = placed_once(shapes.clone(), vec![transform]);
+        let static_world = placed_once(shapes.clone(), vec![transform]);
         let moving = every_accel(&placed_once(shapes, vec![transform; 3]));
-        for ((name, still), (_, moving)) in every_accel(&standing).iter().zip(&moving) {
+        for ((name, still), (_, moving)) in every_accel(&static_world).iter().zip(&moving) {
             let mut off = 0;
             for i in 0..2_000 {
                 let time = [0.0, 0.5, rng.uniform()][i % 3];
-                let (ray, bound) = ray_at(&mut rng, &standing.instances()[0], 0.0);
+                let (ray, bound) = ray_at(&mut rng, &static_world.instances()[0], 0.0);
                 let expected = still.intersect(&ray, time, None);
                 let hit = moving.intersect(&ray, time, None);
                 if name.starts_with("obvhs") {

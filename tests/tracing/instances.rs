@@ -4,7 +4,7 @@
 use crate::common::TestRng;
 use crate::common::nightly::backends;
 use crate::common::scene::{
-    as_instance, diffuse, looking, polygon, ready, rectangle, see, sky, slide, surface,
+    as_instance, diffuse, patch_scene, polygon, ready, rectangle, see, sky, slide, surface,
 };
 use crate::common::scene::{mirrored_octahedron, seen_whole};
 use crate::common::tracing::{direction, point};
@@ -102,7 +102,7 @@ fn nested_instances_match_shapes_with_composed_transforms() {
     ];
     let (inner, outer) = (DVec3::new(0.5, -0.25, 0.125), DVec3::new(-1.0, 0.5, 0.25));
     let base = || {
-        let mut scene = looking(8.0 * DVec3::Z, DVec3::ZERO, diffuse(0.5));
+        let mut scene = patch_scene(8.0 * DVec3::Z, DVec3::ZERO, diffuse(0.5));
         scene.camera.shutter = [0.0, 1.0];
         scene
     };
@@ -149,7 +149,7 @@ fn nested_instances_match_shapes_with_composed_transforms() {
 /// A floor at z = 0 whose centre is seen from 0.2 above it.
 fn floor() -> SceneDescription {
     let eye = DVec3::new(0.15, 0.1, 0.2);
-    let mut scene = looking(eye, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(eye, DVec3::ZERO, diffuse(0.5));
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     scene.shapes = vec![surface(floor, 0.0)];
     scene
@@ -235,7 +235,7 @@ fn on_ellipsoid(m: &DAffine3, n: DVec3) -> (DVec3, DVec3) {
 
 fn seen_ellipsoid(m: &DAffine3, n: DVec3, albedo: f32) -> SceneDescription {
     let (target, normal) = on_ellipsoid(m, n);
-    let mut scene = looking(target + 0.7 * normal, target, diffuse(albedo));
+    let mut scene = patch_scene(target + 0.7 * normal, target, diffuse(albedo));
     scene.shapes = vec![surface(sphere(DVec3::ZERO, 1.0), 0.0)];
     as_instance(&mut scene, *m, vec![]);
     scene
@@ -294,7 +294,7 @@ fn ellipsoid_shading_follows_analytic_normals() {
 #[test]
 fn ellipsoid_silhouette_area_matches_closed_form() {
     let [a, b, c, d] = [0.4, 0.9, 1.5, 4.0_f64];
-    let mut scene = looking(d * DVec3::Z, DVec3::ZERO, diffuse(0.0));
+    let mut scene = patch_scene(d * DVec3::Z, DVec3::ZERO, diffuse(0.0));
     scene.camera.fov = 2.0 * (2.0 / d).atan();
     scene.shapes = vec![surface(sphere(DVec3::ZERO, 1.0), 1.0)];
     // The film covers 8 x 4 in that plane, whichever way is up.
@@ -333,7 +333,7 @@ fn checker(low: f32, high: f32) -> ColourDescription {
 fn seen_field(m: &DAffine3, [u, v]: [f64; 2], motion: Vec<Keyframe>) -> (SceneDescription, bool) {
     let target = m.transform_point3(DVec3::new(u, v, 0.0));
     let normal = (m.matrix3.inverse().transpose() * DVec3::Z).normalize();
-    let mut scene = looking(target + 0.4 * normal, target, diffuse(0.0));
+    let mut scene = patch_scene(target + 0.4 * normal, target, diffuse(0.0));
     let field = rectangle([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     scene.shapes = vec![surface(field, 0.0)];
     as_instance(&mut scene, *m, motion);
@@ -417,7 +417,7 @@ fn mirrored_area_lights_emit_only_on_their_outside() {
                 } else {
                     target + 0.3 * side * normal
                 };
-                let mut scene = looking(eye, target, diffuse(0.0));
+                let mut scene = patch_scene(eye, target, diffuse(0.0));
                 scene.shapes = vec![surface(geometry.clone(), 2.0)];
                 as_instance(&mut scene, m, vec![]);
                 for &backend in Backend::ALL {

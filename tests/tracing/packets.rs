@@ -3,7 +3,8 @@
 
 use crate::common::TestRng;
 use crate::common::tracing::{
-    closed_mesh, direction, every_accel, in_single, moving, point, rotation, same, soup, standing,
+    closed_mesh, direction, every_accel, in_single, moving, point, rotation, same, soup,
+    static_world,
 };
 use etendue::internals::accel::lanes::{ExcludedLanes, RayHitLanes, RayLanes};
 use etendue::internals::accel::{Accel, ExcludedPrimitive, Hit};
@@ -91,13 +92,13 @@ fn worlds(mesh: &Mesh, rng: &mut TestRng) -> Vec<(&'static str, Arc<World>)> {
     let (still, moving) = (instances(1), instances(3));
     let world = |shapes, instances| Arc::new(World::new(shapes, groups.clone(), instances));
     vec![
-        ("mesh", standing(vec![mesh()])),
-        ("mesh twice", standing(vec![mesh(), mesh()])),
+        ("mesh", static_world(vec![mesh()])),
+        ("mesh twice", static_world(vec![mesh(), mesh()])),
         (
             "fine mesh",
-            standing(vec![Geometry::Mesh(closed_mesh(40, true))]),
+            static_world(vec![Geometry::Mesh(closed_mesh(40, true))]),
         ),
-        ("shapes", standing(soup(rng))),
+        ("shapes", static_world(soup(rng))),
         ("instances", world(soup(rng), still)),
         ("moving", world(vec![mesh()], moving)),
     ]

@@ -3,7 +3,7 @@
 
 use crate::common::TestRng;
 use crate::common::tracing::{
-    closed_mesh, direction, every_accel, point, same, soup, standing, triangle,
+    closed_mesh, direction, every_accel, point, same, soup, static_world, triangle,
 };
 use etendue::internals::accel::{ExcludedPrimitive, Hit, PrimitiveId, brute};
 use etendue::internals::effects::Slot;
@@ -21,7 +21,7 @@ fn every_backend_agrees_with_brute_force_intersection() {
     let mut rng = TestRng::new(1);
     let mut found = 0;
     for _ in 0..4 {
-        let world = standing(soup(&mut rng));
+        let world = static_world(soup(&mut rng));
         let accels = every_accel(&world);
         for _ in 0..5_000 {
             let ray = Ray::new(1.5 * point(&mut rng), direction(&mut rng));
@@ -67,7 +67,7 @@ fn rays_leaving_a_sphere_hit_it_only_at_the_chord_end() {
             shape: 0,
             primitive: 0,
         };
-        for (name, accel) in every_accel(&standing(shapes.clone())) {
+        for (name, accel) in every_accel(&static_world(shapes.clone())) {
             for _ in 0..50 {
                 let n = direction(&mut rng);
                 let surface = sphere.surface_along(n);
@@ -106,7 +106,7 @@ fn excluded_primitive_is_skipped_up_to_its_free_distance() {
         shape,
         primitive: 0,
     };
-    for (name, accel) in every_accel(&standing(vec![square(0.0), square(1.0)])) {
+    for (name, accel) in every_accel(&static_world(vec![square(0.0), square(1.0)])) {
         let ray = Ray::new(Vec3::new(0.1, 0.2, -0.125), Vec3::Z);
         let met = |left, free_distance| {
             let left = ExcludedPrimitive {
@@ -137,7 +137,7 @@ fn robust_tracing_is_watertight_at_closed_mesh_edges() {
         let vertices: Vec<Vec3> = mesh.positions().collect();
         let triangles = mesh.indices().to_vec();
         let shapes = vec![Geometry::Mesh(mesh)];
-        for (name, accel) in every_accel(&standing(shapes.clone())) {
+        for (name, accel) in every_accel(&static_world(shapes.clone())) {
             let mut escaped = [0; 3];
             for _ in 0..RAYS {
                 let from = 0.5 * point(&mut rng);
@@ -188,7 +188,7 @@ fn shadow_rays_hit_near_occluders_but_not_the_light_itself() {
             // Slightly larger than the light, to occlude it from everywhere below.
             shapes.push(square(1.0 - gap, 0.51));
         }
-        for (name, accel) in every_accel(&standing(shapes.clone())) {
+        for (name, accel) in every_accel(&static_world(shapes.clone())) {
             for i in 0..100 {
                 let at = |k: u32| (i * k % 101) as f32 / 202.0;
                 let floor: SurfacePoint = shapes[0].surface_at(0, &nowhere, 0.0, [at(7), at(13)]);
@@ -238,7 +238,7 @@ fn surface_through_a_point_light_does_not_occlude_it() {
             vec![],
             vec![[0, 1, 2]],
         ));
-        for (name, accel) in every_accel(&standing(vec![around])) {
+        for (name, accel) in every_accel(&static_world(vec![around])) {
             for _ in 0..20 {
                 let from = point(&mut rng);
                 // Grazing views are left out: the rounding error along the ray grows with 1 / cosine.
@@ -271,7 +271,7 @@ fn long_shadow_rays_do_not_hit_their_target_light() {
     let nowhere = Ray::new(Vec3::ZERO, Vec3::X);
     for _ in 0..200 {
         let light = triangle([0, 1, 2].map(|_| 1e-3 * point(&mut rng)));
-        let accels = every_accel(&standing(vec![light.clone()]));
+        let accels = every_accel(&static_world(vec![light.clone()]));
         for _ in 0..20 {
             let u = etendue::internals::sampling::warp::sample_triangle_uniform(rng.uniform_2d());
             let end: SurfacePoint = light.surface_at(0, &nowhere, 0.0, u.to_array());
@@ -309,7 +309,7 @@ fn long_shadow_rays_do_not_hit_their_target_light() {
 #[test]
 fn non_finite_rays_hit_nothing() {
     let shapes = soup(&mut TestRng::new(5));
-    for (name, accel) in every_accel(&standing(shapes.clone())) {
+    for (name, accel) in every_accel(&static_world(shapes.clone())) {
         for bad in [f32::NAN, f32::INFINITY] {
             for ray in [
                 Ray::new(Vec3::splat(bad), Vec3::X),
@@ -324,7 +324,7 @@ fn non_finite_rays_hit_nothing() {
 
 #[test]
 fn rays_in_a_scene_without_shapes_hit_nothing() {
-    for (name, accel) in every_accel(&standing(vec![])) {
+    for (name, accel) in every_accel(&static_world(vec![])) {
         let ray = Ray::new(Vec3::ZERO, Vec3::X);
         assert_eq!(accel.intersect(&ray, 0.0, None), None, "{name}");
         assert!(!accel.occluded(&ray, 0.0), "{name}");

@@ -6,7 +6,7 @@
 
 use crate::common::TestRng;
 use crate::common::tracing::{
-    direction, every_accel, in_single, placed_once, rotation, standing, triangle,
+    direction, every_accel, in_single, placed_once, rotation, static_world, triangle,
 };
 use etendue::internals::accel::Precision;
 use etendue::internals::effects::kernel::types::Everything;
@@ -102,7 +102,7 @@ fn assert_none_meets(seed: u64, world: impl Fn(&mut TestRng, [Vec3; 3]) -> Arc<W
 
 #[test]
 fn robust_shadow_rays_do_not_self_intersect_slivers() {
-    assert_none_meets(11, |_, corners| standing(vec![triangle(corners)]));
+    assert_none_meets(11, |_, corners| static_world(vec![triangle(corners)]));
 }
 
 #[test]

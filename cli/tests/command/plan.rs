@@ -1,6 +1,6 @@
 //! `etendue plan`: every effect with its reason and its cost.
 
-use crate::common::scene::{diffuse, looking, panorama, rectangle, sky, slide, surface};
+use crate::common::scene::{diffuse, panorama, patch_scene, rectangle, sky, slide, surface};
 use crate::common::scene_folder::{SMALL, SceneFolder};
 use crate::support::{USAGE, fails, succeed};
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
@@ -234,7 +234,7 @@ reuse = "4"
 #[test]
 fn effect_energy_share_matches_closed_form() {
     // An emitting floor under a sky of radiance 1: the contribution of each is known.
-    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     scene.shapes = vec![surface(
         rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]),
         3.0,
@@ -324,7 +324,7 @@ fn environment_map_is_replaced_by_its_mean_over_the_sphere() {
         image: Arc::new(image.into()),
         scale: 2.0,
     };
-    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     scene.lights = vec![LightDescription {
         model: LightModel::Environment {
             radiance: ColourDescription::Texture(Arc::new(texture)),
@@ -339,7 +339,7 @@ fn environment_map_is_replaced_by_its_mean_over_the_sphere() {
 
 #[test]
 fn disabling_instances_also_covers_moving_shapes() {
-    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
     scene.camera.shutter = [0.0, 1.0];
     scene.shapes = vec![surface(lamp.clone(), 3.0), surface(lamp, 3.0)];
@@ -351,7 +351,7 @@ fn disabling_instances_also_covers_moving_shapes() {
 
 #[test]
 fn remaining_light_without_many_lights_is_a_placed_one() {
-    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let lamp = rectangle([-9.0, -9.0, 0.0], [18.0, 0.0, 0.0], [0.0, 18.0, 0.0]);
     scene.groups = vec!["nowhere".to_owned()];
     scene.shapes = (0..3).map(|_| surface(lamp.clone(), 3.0)).collect();

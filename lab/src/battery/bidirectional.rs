@@ -11,7 +11,7 @@ use super::case::{Case, Effort};
 use super::claim::Claim;
 use super::closed_forms::rectangle_below;
 use super::lamps::{distant, floor, point, reflected, square_through};
-use super::patch::{PatchEstimator, PatchSettings, SIZE, bounces, looking, mean, see_again};
+use super::patch::{PatchEstimator, PatchSettings, SIZE, bounces, mean, patch_scene, see_again};
 use super::transport::{floor_under_a_lamp, integrating_sphere, lit_room, ratio_of, room, series};
 use crate::scene_builder::{diffuse, light, mirror, rectangle, sky, sphere, surface};
 use etendue::internals::geometry::texture::Texture;
@@ -178,7 +178,7 @@ fn lit_floors() -> Vec<(&'static str, SceneDescription, f64)> {
     under_the_sky.lights = vec![sky(Rgb::grey(0.75))];
     let lamp = |lamp: GeometryDescription| {
         let mut scene = floor(3.0, []);
-        scene.camera = looking(DVec3::new(2.0, 0.8, 0.0), DVec3::ZERO, diffuse(0.5)).camera;
+        scene.camera = patch_scene(DVec3::new(2.0, 0.8, 0.0), DVec3::ZERO, diffuse(0.5)).camera;
         scene.shapes.push(surface(lamp, 1.0));
         scene
     };
@@ -241,7 +241,7 @@ const HALF: f64 = 2.0;
 /// A floor of albedo 1/2 seen from above the origin: x runs from minus [`HALF`] to [`HALF`], y half as far.
 fn from_above() -> SceneDescription {
     const HEIGHT: f64 = 3.0;
-    let mut scene = looking(HEIGHT * DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(HEIGHT * DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let to_world = DAffine3::from_translation(HEIGHT * DVec3::Z);
     let fov = 2.0 * (0.5 * HALF / HEIGHT).atan();
     scene.camera = CameraDescription::pinhole(to_world, fov);

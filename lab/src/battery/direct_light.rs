@@ -11,7 +11,7 @@ use super::closed_forms::{
     perpendicular_sphere,
 };
 use super::form_factor::form_factor;
-use super::patch::{direct, looking};
+use super::patch::{direct, patch_scene};
 use crate::scene_builder::{ceiling, diffuse, polygon, rectangle, sphere, surface};
 use etendue::internals::math::vec::{DAffine3, DVec3};
 use etendue::internals::scene::description::{GeometryDescription, SceneDescription};
@@ -38,7 +38,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
 /// A floor at z = 0 whose centre, the origin, is seen from nearer than `reach`, under a light of the given radiance.
 fn floor_under(light: GeometryDescription, radiance: f32, reach: f64) -> SceneDescription {
     let eye = reach * DVec3::new(0.3, 0.2, 0.4);
-    let mut scene = looking(eye, DVec3::ZERO, diffuse(ALBEDO));
+    let mut scene = patch_scene(eye, DVec3::ZERO, diffuse(ALBEDO));
     let floor = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     scene.shapes = vec![surface(floor, 0.0), surface(light, radiance)];
     scene
@@ -51,7 +51,7 @@ fn lit(factor: f64) -> f64 {
 
 fn form_factors() -> Vec<Case> {
     let between = |row, name: &str, [receiver, light]: [GeometryDescription; 2], claim, point| {
-        let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(ALBEDO));
+        let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(ALBEDO));
         scene.shapes = vec![surface(receiver, 0.0), surface(light, 1.0)];
         // Discs are sampled by area, which is noisy at short distances.
         let points = match row {
@@ -225,7 +225,7 @@ fn walls() -> Vec<Case> {
         let floor = rectangle([c - 2.0, -0.5, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         scene.shapes[0] = surface(floor, 0.0);
         let eye = c.min(0.5) * DVec3::new(-0.3, 0.2, 0.4);
-        scene.camera = looking(eye, DVec3::ZERO, diffuse(ALBEDO)).camera;
+        scene.camera = patch_scene(eye, DVec3::ZERO, diffuse(ALBEDO)).camera;
         let claim = Claim::mean(lit(2.0 * perpendicular_rectangle(1.0, 1.0, c)), 2e-3);
         let name = format!("{c:e} from where the floor meets a wall of light");
         Case::seen(26, name, claim, scene, direct(1 << 9))

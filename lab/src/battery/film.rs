@@ -7,7 +7,7 @@
 
 use super::case::{Case, Effort};
 use super::claim::Claim;
-use super::patch::{bounces, looking};
+use super::patch::{bounces, patch_scene};
 use crate::scene_builder::{diffuse, rectangle, sky, surface};
 use etendue::internals::film::filter::{FilterDescription, FilterKind};
 use etendue::internals::math::rgb::Rgb;
@@ -24,7 +24,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
 
 /// A wall of radiance 0.3.
 fn wall() -> SceneDescription {
-    let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
+    let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.0));
     let square = rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
     scene.shapes = vec![surface(square, 0.3)];
     scene
@@ -51,7 +51,7 @@ fn filters() -> Vec<Case> {
 }
 
 fn empty_scenes() -> Vec<Case> {
-    let empty = || looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+    let empty = || patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.5));
     let mut under_sky = empty();
     under_sky.lights = vec![sky(Rgb::grey(0.25))];
     let mut unlit = empty();
@@ -69,7 +69,7 @@ fn empty_scenes() -> Vec<Case> {
 
 fn fields_of_view() -> Vec<Case> {
     let case = |degrees: f64| {
-        let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.5));
+        let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.5));
         scene.lights = vec![sky(Rgb::grey(0.25))];
         scene.camera.fov = degrees.to_radians();
         let name = format!("the sky through a field of view of {degrees:e} degrees");

@@ -8,7 +8,7 @@
 
 use super::case::{Case, Effort};
 use super::claim::Claim;
-use super::patch::{PatchSettings, bounces, direct, looking};
+use super::patch::{PatchSettings, bounces, direct, patch_scene};
 use crate::scene_builder::{ceiling, diffuse, glass, rectangle, sky, sphere, surface};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
@@ -47,7 +47,7 @@ fn under_the_sky(
     model: MaterialModel,
     shapes: impl IntoIterator<Item = GeometryDescription>,
 ) -> SceneDescription {
-    let mut scene = looking(eye, target, model);
+    let mut scene = patch_scene(eye, target, model);
     scene.lights = vec![sky(Rgb::WHITE)];
     scene.shapes = shapes.into_iter().map(|form| surface(form, 0.0)).collect();
     scene
@@ -108,7 +108,7 @@ fn cameras_in_odd_places() -> Vec<Case> {
     // Radiance is n^2 times as large in glass.
     let within = under_the_sky(DVec3::ZERO, DVec3::X, glass(1.5, 0.0), [ball()]);
     let at_lamp = {
-        let mut scene = looking(DVec3::ZERO, DVec3::X, diffuse(0.0));
+        let mut scene = patch_scene(DVec3::ZERO, DVec3::X, diffuse(0.0));
         scene.shapes = vec![surface(ball(), 0.5)];
         scene.shapes[0].two_sided_emission = true;
         scene

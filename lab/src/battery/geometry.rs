@@ -9,7 +9,7 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::disc_segment;
-use super::patch::{bounces, looking};
+use super::patch::{bounces, patch_scene};
 use crate::bench::closed::{Aim, ClosedForm, ClosedMesh};
 use crate::bench::leaks::leaks;
 use crate::bench::random::Random;
@@ -116,7 +116,7 @@ fn turned_boxes() -> Vec<Case> {
         let place = turn * DAffine3::from_scale(DVec3::new(1.0, height, 1.0));
         let [eye, target] = [DVec3::new(0.1, 0.2, 0.3), DVec3::new(0.3, 1.0, 0.1)];
         let [eye, target] = [eye, target].map(|p| place.transform_point3(p));
-        let mut scene = looking(eye, target, diffuse(0.999));
+        let mut scene = patch_scene(eye, target, diffuse(0.999));
         let (min, max) = (DVec3::splat(-1.0), DVec3::ONE);
         scene.shapes = vec![surface(GeometryDescription::Box { min, max }, 0.0)];
         scene.shapes[0].transform = place;
@@ -174,7 +174,7 @@ fn self_hits_of_one(trial: &Trial<'_>, random: &mut Random, rays: u32) -> Result
 
 /// A wall of radiance 1 at z = 0 that covers x >= `edge`, seen around the origin from a height.
 fn half_plane(edge: f64, height: f64, reach: f64) -> SceneDescription {
-    let mut scene = looking(height * DVec3::Z, DVec3::ZERO, diffuse(0.0));
+    let mut scene = patch_scene(height * DVec3::Z, DVec3::ZERO, diffuse(0.0));
     let half = rectangle(
         [edge, -reach, 0.0],
         [reach, 0.0, 0.0],

@@ -8,7 +8,7 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
-use super::patch::{looking, ready};
+use super::patch::{patch_scene, ready};
 use super::transport::{integrating_sphere, series};
 use crate::scene_builder::{ceiling, diffuse, rectangle, sky, surface};
 use etendue::Result;
@@ -144,7 +144,7 @@ const HALF: f64 = 2.0;
 /// A floor below a black ceiling with a hole of 2 x 2, under a constant white sky, which is not sampled as a light.
 fn below_a_hole() -> SceneDescription {
     let eye = DVec3::new(0.0, 0.0, 1.2);
-    let mut scene = looking(eye, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(eye, DVec3::ZERO, diffuse(0.5));
     scene.camera.fov = 2.0 * f64::atan(HALF / eye.z);
     scene.film.size = (64, 64);
     scene.film.filter = FilterDescription {

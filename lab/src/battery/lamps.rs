@@ -8,7 +8,7 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::{bright_texel, parallel_rectangle};
-use super::patch::{PatchSettings, bounces, direct, looking, see};
+use super::patch::{PatchSettings, bounces, direct, patch_scene, see};
 use crate::bench::random::Random;
 use crate::scene_builder::{ceiling, diffuse, light, mesh, rectangle, surface};
 use etendue::internals::effects::kernel::types::Everything;
@@ -107,7 +107,7 @@ fn excess([a, b, c]: [DVec3; 3]) -> f64 {
 
 /// A floor in the plane y = 0 around the origin, seen from above, under the given lights.
 pub fn floor(half: f64, lights: impl IntoIterator<Item = LightModel>) -> SceneDescription {
-    let mut scene = looking(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(DVec3::new(0.3, 2.0, 0.4), DVec3::ZERO, diffuse(0.5));
     let side = 2.0 * half;
     let ground = rectangle([-half, 0.0, half], [side, 0.0, 0.0], [0.0, 0.0, -side]);
     scene.shapes.push(surface(ground, 0.0));
@@ -173,7 +173,7 @@ fn occluders() -> Vec<Case> {
     let under = |lamp: LightModel, height: f64| {
         let mut scene = floor(3.0, [lamp]);
         // The camera is below the roof.
-        scene.camera = looking(DVec3::new(1.0, 0.3, 0.0), DVec3::ZERO, diffuse(0.5)).camera;
+        scene.camera = patch_scene(DVec3::new(1.0, 0.3, 0.0), DVec3::ZERO, diffuse(0.5)).camera;
         scene.shapes.push(roof(height));
         scene
     };
@@ -190,7 +190,7 @@ fn occluders() -> Vec<Case> {
         Case::seen(30, name, claim, scene, direct(4))
     });
     let lamps = [1e-2, 1e-4, 1e-6].map(|gap: f64| {
-        let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
+        let mut scene = patch_scene(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
         let ground = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         let square = |half: f64, z: f64| ceiling([-half, half], [-half, half], z);
         scene.shapes = vec![
@@ -279,7 +279,7 @@ fn delta_lights() -> Vec<Case> {
         direct(1 << 9),
     ));
     // A point light cannot be hit by rays.
-    let mut towards = looking(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
+    let mut towards = patch_scene(DVec3::new(0.0, 0.0, 2.0), DVec3::ZERO, diffuse(0.5));
     towards.lights = vec![light(point(DVec3::ZERO, 4.0))];
     cases.push(Case::seen(
         31,
@@ -357,7 +357,7 @@ fn useless_emitters() -> Vec<Case> {
     let name = "one lamp among 1e5 emitters of no area and one of radiance 1e-40";
     let exact = 0.5 * 4.0 * parallel_rectangle(1.0, 1.0, 1.0);
     let case = Case::new(33, name, Claim::mean(exact, 1e-3), move |trial| {
-        let mut scene = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
+        let mut scene = patch_scene(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
         let ground = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
         let lamp = ceiling([-1.0, 1.0], [-1.0, 1.0], 1.0);
         let dim = ceiling([-1.0, 1.0], [-1.0, 1.0], 2.0);

@@ -7,7 +7,7 @@
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
-use super::patch::{PatchSettings, bounces, looking, ready};
+use super::patch::{PatchSettings, bounces, patch_scene, ready};
 use crate::bench::random::Random;
 use crate::scene_builder::{mirror, rectangle, sky, surface};
 use etendue::Result;
@@ -59,7 +59,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
 /// reflection is at x = k - 1/2.
 fn corridor(end: f64) -> SceneDescription {
     let eye = DVec3::new(0.0, 0.0, 0.5);
-    let mut scene = looking(eye, DVec3::new(0.5, 0.0, 0.0), mirror(0.99));
+    let mut scene = patch_scene(eye, DVec3::new(0.5, 0.0, 0.0), mirror(0.99));
     let wall = |z: f64| rectangle([-1.0, -1.0, z], [end + 1.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
     scene.shapes = vec![surface(wall(0.0), 0.0), surface(wall(1.0), 0.0)];
     scene.lights = vec![sky(Rgb::WHITE)];
@@ -88,7 +88,7 @@ fn follow(scene: &Scene, mut ray: Ray) -> Option<(Vec3, u32)> {
 /// fewer than half of the rays hit three mirrors.
 fn turned_wrongly(trial: &Trial<'_>, place: DAffine3, allowed: f32) -> Result<f64> {
     const RAYS: u32 = 1000;
-    let mut scene = looking(DVec3::splat(3.0), DVec3::ZERO, mirror(1.0));
+    let mut scene = patch_scene(DVec3::splat(3.0), DVec3::ZERO, mirror(1.0));
     let (x, y, z) = ([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]);
     for (u, v) in [(x, y), (y, z), (z, x)] {
         let mut wall = surface(rectangle([0.0; 3], u, v), 0.0);

@@ -87,7 +87,7 @@ pub fn bounces(max_bounces: u32, spp: u64) -> PatchSettings {
 }
 
 /// An empty scene of one material, seen from `eye` with a field of view of 1e-4 radians around `target`.
-pub fn looking(eye: DVec3, target: DVec3, model: MaterialModel) -> SceneDescription {
+pub fn patch_scene(eye: DVec3, target: DVec3, model: MaterialModel) -> SceneDescription {
     let back = (eye - target).normalize();
     let (right, up) = back.any_orthonormal_pair();
     // (right, up, back) is right-handed as (x, y, z) is.

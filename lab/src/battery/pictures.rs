@@ -6,7 +6,7 @@
 
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
-use super::patch::{looking, ready};
+use super::patch::{patch_scene, ready};
 use crate::scene_builder::{diffuse, grey, rectangle, sky, sphere, surface};
 use etendue::Result;
 use etendue::internals::film::filter::Filter;
@@ -55,7 +55,7 @@ pub fn cases(_: Effort) -> Vec<Case> {
 
 /// A lit floor, an emissive sphere, and an octahedron with shading normals.
 fn gallery() -> SceneDescription {
-    let mut scene = looking(DVec3::new(1.0, -4.0, 2.0), DVec3::ZERO, diffuse(0.6));
+    let mut scene = patch_scene(DVec3::new(1.0, -4.0, 2.0), DVec3::ZERO, diffuse(0.6));
     scene.film.size = (16, 12);
     scene.camera.fov = 0.7;
     let ball = sphere(DVec3::new(0.5, 0.5, 0.5), 0.25);

@@ -9,7 +9,7 @@
 use super::case::{Case, Effort, Peers};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
-use super::patch::{PatchSettings, bounces, direct, looking, see_exactly};
+use super::patch::{PatchSettings, bounces, direct, patch_scene, see_exactly};
 use crate::scene_builder::{ceiling, diffuse, rectangle, sky, surface};
 use etendue::internals::integrator::Roulette;
 use etendue::internals::math::rgb::Rgb;
@@ -43,7 +43,7 @@ fn peers(mitsuba: &'static str, cycles: &'static str, luxcore: &'static str) -> 
 /// The floor under a light at height `h`, seen from between them.
 fn floor_under(h: f64, radiance: f32) -> SceneDescription {
     let eye = h.min(1.0) * DVec3::new(0.3, 0.2, 0.4);
-    let mut scene = looking(eye, DVec3::ZERO, diffuse(0.5));
+    let mut scene = patch_scene(eye, DVec3::ZERO, diffuse(0.5));
     let floor = rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
     let light = ceiling([-1.0, 1.0], [-1.0, 1.0], h);
     scene.shapes = vec![surface(floor, 0.0), surface(light, radiance)];
@@ -155,7 +155,7 @@ fn distant() -> Vec<Case> {
 fn closed_box(t: f64) -> SceneDescription {
     let centre = DVec3::new(t, -t, t);
     let eye = centre + DVec3::new(0.1, 0.2, 0.3);
-    let mut scene = looking(eye, centre + DVec3::new(0.3, 1.0, 0.1), diffuse(0.999));
+    let mut scene = patch_scene(eye, centre + DVec3::new(0.3, 1.0, 0.1), diffuse(0.999));
     let walls = GeometryDescription::Box {
         min: centre - 1.0,
         max: centre + 1.0,
@@ -197,7 +197,7 @@ fn plain_pictures(effort: Effort) -> Vec<Case> {
         Effort::Full => &table,
     };
     let case = |&(exponent, peers): &(u32, Peers)| {
-        let mut scene = looking(DVec3::Z, DVec3::ZERO, diffuse(0.0));
+        let mut scene = patch_scene(DVec3::Z, DVec3::ZERO, diffuse(0.0));
         scene.film.size = (1, 1);
         let wall = rectangle([-1.0, -1.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]);
         scene.shapes = vec![surface(wall, 0.1)];

@@ -8,7 +8,7 @@
 use super::case::{Case, Effort, Trial};
 use super::claim::Claim;
 use super::closed_forms::parallel_rectangle;
-use super::patch::{PatchSettings, bounces, looking, mean, see, see_by, see_exactly};
+use super::patch::{PatchSettings, bounces, mean, patch_scene, see, see_by, see_exactly};
 use crate::scene_builder::{ceiling, diffuse, light, rectangle, sphere, surface};
 use etendue::Result;
 use etendue::internals::integrator::Roulette;
@@ -35,7 +35,7 @@ pub fn cases(effort: Effort) -> Vec<Case> {
 /// A closed box with an emitted radiance of 1 everywhere.
 pub fn room(albedo: f32) -> SceneDescription {
     let eye = DVec3::new(0.1, 0.2, 0.3);
-    let mut scene = looking(eye, DVec3::new(0.3, 1.0, 0.1), diffuse(albedo));
+    let mut scene = patch_scene(eye, DVec3::new(0.3, 1.0, 0.1), diffuse(albedo));
     let (min, max) = (DVec3::splat(-1.0), DVec3::ONE);
     let mut walls = surface(GeometryDescription::Box { min, max }, 1.0);
     walls.two_sided_emission = true;
@@ -81,7 +81,7 @@ fn grey_furnaces() -> Vec<Case> {
 /// With a point of flux Phi in the middle of a sphere of radius R, L = rho Phi / (4 pi^2 R^2 (1 - rho)) everywhere.
 pub fn integrating_sphere(radius: f64, albedo: f32) -> SceneDescription {
     let eye = radius * DVec3::new(0.2, -0.3, 0.1);
-    let mut scene = looking(eye, radius * DVec3::new(0.5, 0.6, 0.7), diffuse(albedo));
+    let mut scene = patch_scene(eye, radius * DVec3::new(0.5, 0.6, 0.7), diffuse(albedo));
     scene.shapes = vec![surface(sphere(DVec3::ZERO, radius), 0.0)];
     scene.lights = vec![light(LightModel::Point {
         position: DVec3::ZERO,
@@ -202,7 +202,7 @@ pub fn ratio_of(
 
 /// A floor of albedo 1/2 under a lamp of 2 x 2 and radiance 1 at height 1, and the exact radiance of the floor.
 pub fn floor_under_a_lamp() -> (SceneDescription, f64) {
-    let mut floor = looking(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
+    let mut floor = patch_scene(DVec3::new(0.3, 0.2, 0.4), DVec3::ZERO, diffuse(0.5));
     let ground = rectangle([-0.5, -0.5, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
     let lamp = ceiling([-1.0, 1.0], [-1.0, 1.0], 1.0);
     floor.shapes = vec![surface(ground, 0.0), surface(lamp, 1.0)];

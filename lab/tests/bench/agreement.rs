@@ -2,7 +2,7 @@
 //! rounding does not explain.
 
 use crate::common::TestRng;
-use crate::common::tracing::{moving, placed_once, point, soup, standing, transforms};
+use crate::common::tracing::{moving, placed_once, point, soup, static_world, transforms};
 use etendue::internals::accel::batch::RayBatch;
 use etendue::internals::accel::{
     Accel, AccelOptions, Backend, Precision, PrimitiveId, Quality, brute,
@@ -90,7 +90,7 @@ fn triangles(triangles: &[[Vec3; 3]]) -> Arc<World> {
     let positions = triangles.concat();
     let indices = (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
     let mesh = Mesh::new(positions, vec![], vec![], indices.collect());
-    standing(vec![Geometry::Mesh(mesh)])
+    static_world(vec![Geometry::Mesh(mesh)])
 }
 
 fn random_triangles(count: usize) -> Vec<[Vec3; 3]> {
@@ -207,7 +207,7 @@ fn coincident_triangles_are_a_tie() {
 
 #[test]
 fn hits_at_edges_or_ray_ends_are_edges_and_inner_hits_are_real() {
-    let (world, empty) = (triangles(&[CORNER]), standing(vec![]));
+    let (world, empty) = (triangles(&[CORNER]), static_world(vec![]));
     // Hits on both legs, the hypotenuse and a vertex, and at the ends of rays; then hits slightly inside of all of these.
     let until = |t_max: f32| Ray {
         t_max,
@@ -261,7 +261,7 @@ fn hits_at_edges_or_ray_ends_are_edges_and_inner_hits_are_real() {
 
 #[test]
 fn hit_on_absent_geometry_is_real_also_for_shadow_rays() {
-    let (world, empty) = (triangles(&[CORNER]), standing(vec![]));
+    let (world, empty) = (triangles(&[CORNER]), static_world(vec![]));
     let rays = batch([down(1.0, 1.0)]);
     // The triangle of the scene is not where a side reports it.
     let elsewhere = triangles(&[CORNER.map(|p| p + 0.1 * Vec3::Z)]);
@@ -331,7 +331,7 @@ fn grazing_hit_may_replace_a_hit_at_equal_distance() {
 /// Triangles, spheres and disks: without instances, and instanced by transforms of every kind, still and moving.
 fn worlds() -> Vec<(String, Arc<World>)> {
     let mut rng = TestRng::new(21);
-    let mut worlds = vec![("soup".to_owned(), standing(soup(&mut rng)))];
+    let mut worlds = vec![("soup".to_owned(), static_world(soup(&mut rng)))];
     for (name, transform) in transforms(&mut rng) {
         let still = placed_once(soup(&mut rng), vec![transform]);
         worlds.push((format!("{name}, still"), still));

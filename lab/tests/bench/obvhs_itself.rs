@@ -1,7 +1,7 @@
 //! obvhs by its own loops hits what the renderer's exact traversal hits, so that their times are those of the same work.
 
 use crate::common::TestRng;
-use crate::common::tracing::{closed_mesh, placed_once, soup, standing};
+use crate::common::tracing::{closed_mesh, placed_once, soup, static_world};
 use etendue::internals::accel::{Accel, AccelOptions, Backend, Precision};
 use etendue::internals::geometry::Geometry;
 use etendue::internals::math::vec::DAffine3;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 #[test]
 fn obvhs_tree_hits_match_ours_within_rounding() {
-    let world = standing(vec![Geometry::Mesh(closed_mesh(12, true))]);
+    let world = static_world(vec![Geometry::Mesh(closed_mesh(12, true))]);
     let options = AccelOptions {
         backend: Backend::ObvhsBvh2,
         precision: Precision::Robust,
@@ -49,7 +49,7 @@ fn obvhs_tree_hits_match_ours_within_rounding() {
 #[test]
 fn obvhs_trees_are_omitted_for_unsupported_shapes() {
     let mut rng = TestRng::new(3);
-    assert!(ObvhsTree::all(&standing(soup(&mut rng))).is_empty());
+    assert!(ObvhsTree::all(&static_world(soup(&mut rng))).is_empty());
     let mesh = Geometry::Mesh(closed_mesh(2, false));
     let instance = placed_once(vec![mesh], vec![DAffine3::IDENTITY]);
     assert!(ObvhsTree::all(&instance).is_empty());

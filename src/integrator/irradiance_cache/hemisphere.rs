@@ -213,7 +213,7 @@ mod tests {
     const HEIGHT: f64 = 1.1;
 
     /// The expansion of the rectangle in front of a floor behind it, from the middles of fine cells.
-    fn look(cells: Cells, behind: f32) -> Expansion {
+    fn expansion_of_rectangle(cells: Cells, behind: f32) -> Expansion {
         let [x0, x1, y0, y1] = RECTANGLE;
         let (radiance, distance): (Vec<Rgb>, Vec<f32>) = (0..cells.count())
             .map(|cell| {
@@ -245,7 +245,7 @@ mod tests {
         let xy = (e(h, h) - e(h, -h) - e(-h, h) + e(-h, -h)) / (4.0 * h * h);
         // A wall behind the rectangle, as near as it or far behind: the rectangle hides it alike.
         for behind in [1.0, 50.0, f32::INFINITY] {
-            let found = look(cells, behind);
+            let found = expansion_of_rectangle(cells, behind);
             for channel in 0..3 {
                 assert!(
                     (found.vectors[channel].z - e(0.0, 0.0)).abs() < 2e-3,

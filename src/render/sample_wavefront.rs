@@ -6,7 +6,7 @@
 //!
 //! Measure: pixels; sample indices.
 //! Range: any blocks and indices.
-//! Source: docs/architecture.md, "The way of a sample". Tested in `tests/rendering/determinism.rs`.
+//! Source: docs/architecture.md, "The life of a sample". Tested in `tests/rendering/determinism.rs`.
 
 use super::pixel_block::PixelBlock;
 use crate::accel::lanes::{ExcludedLanes, NO_ID};

@@ -11,13 +11,13 @@
 //! neighbours, also of those that share samples: blocks grow with the border size. The squared error of this one
 //! image varies about its expectation with twice the variance of the halves' mean, if pixels are normal, and less where
 //! few bright samples dominate, which are in both x and v. Together: 3/4 of the sum of squared differences. A sample that
-//! is there by chance adds a term that neither half can estimate; [`CHANCE`] times the largest of these terms widens the
-//! bound, in quadrature.
+//! is there by chance adds a term that neither half can estimate; [`LARGEST_SAMPLE_SHARE`] times the largest of these
+//! terms widens the bound, in quadrature.
 //!
 //! **No bound.** Where a few pixels dominate the differences, so that the relative standard error of E exceeds
-//! [`UNRESOLVED`], or where a single sample, if it is there by chance, could account for more than [`OUTSHINING`]
-//! times the whole squared error, the samples cannot distinguish a scene with rare bright paths from one without.
-//! Then there is no upper bound, and a lower bound is reported.
+//! [`MAX_RELATIVE_STANDARD_ERROR`], or where a single sample, if it is there by chance, could account for more than
+//! [`MAX_SAMPLE_RATIO`] times the whole squared error, the samples cannot distinguish a scene with rare bright paths from
+//! one without. Then there is no upper bound, and a lower bound is reported.
 //!
 //! Measure: roots of relMSE, without unit.
 //! Range: images with a sample in each batch of every pixel, neither half of which is black.
@@ -98,7 +98,7 @@ pub(crate) const MODEL_ERROR: f64 = 0.03;
 const ROUNDING: f64 = 1e-6;
 
 /// The relative standard error of the squared error above which the error counts as unknown.
-const UNRESOLVED: f64 = 0.4;
+const MAX_RELATIVE_STANDARD_ERROR: f64 = 0.4;
 
 /// The number of standard errors from the squared error to its lower bound: 95 %, one-sided.
 const LOWER_BOUND_SIGMAS: f64 = 1.645;
@@ -108,10 +108,10 @@ const MAX_PIXELS: f64 = 0.05;
 
 /// The share of the largest single sample's term in the margin of the bound. Measured: with 1/8, bounds in scenes with
 /// rare bright samples (shaded-lamps by `bdpt`) fail by up to 3 %.
-const CHANCE: f64 = 1.0 / 6.0;
+const LARGEST_SAMPLE_SHARE: f64 = 1.0 / 6.0;
 
 /// The largest ratio of a single sample's term to the whole squared error for which there is a bound.
-const OUTSHINING: f64 = 2.0;
+const MAX_SAMPLE_RATIO: f64 = 2.0;
 
 impl Film {
     /// The memory that [`Film::error`] takes for a while, in bytes per pixel, at most: planes of each channel, and relative
@@ -166,7 +166,7 @@ impl Film {
 pub(crate) fn margin(sigmas: f64, standard_error: f64, largest_sample: f64) -> f64 {
     let spread = sigmas * standard_error;
     if sigmas > 0.0 {
-        hypot(spread, CHANCE * largest_sample)
+        hypot(spread, LARGEST_SAMPLE_SHARE * largest_sample)
     } else {
         spread
     }
@@ -177,8 +177,8 @@ impl RelativeVariances {
     fn doubt(&self, standard_error: f64) -> Option<Doubt> {
         let mse = self.mean();
         let outshining = self.largest_sample / mse;
-        let is_unresolved = standard_error > UNRESOLVED * mse;
-        if !is_unresolved && outshining <= OUTSHINING {
+        let is_unresolved = standard_error > MAX_RELATIVE_STANDARD_ERROR * mse;
+        if !is_unresolved && outshining <= MAX_SAMPLE_RATIO {
             return None;
         }
         let mut pixels: Vec<usize> = (0..self.count()).collect();
@@ -210,7 +210,7 @@ impl RelativeVariances {
                 pixels: bright as f64 / self.count() as f64,
                 share,
             })
-        } else if outshining > OUTSHINING {
+        } else if outshining > MAX_SAMPLE_RATIO {
             Some(Doubt::OneSample {
                 at_least,
                 times: outshining,

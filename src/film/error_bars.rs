@@ -53,8 +53,8 @@ const MAX_UNLIT: f32 = 0.2;
 /// The share of the lit neighbours that are black in some of their batches, above which rare samples light them.
 const MAX_PARTLY_LIT: f32 = 0.5;
 
-/// The fraction of the kurtosis that the degrees of freedom are matched to.
-const MATCHED: f32 = 0.2;
+/// The fraction of the kurtosis to which the degrees of freedom are matched.
+const KURTOSIS_FRACTION: f32 = 0.2;
 
 /// The least degrees of freedom: Student's t has a variance only above 2.
 const MIN_FREEDOM: f32 = 2.2;
@@ -270,7 +270,7 @@ impl Weights {
     /// The degrees of freedom of Student's t for the error of the pixel's mean.
     fn freedom(&self) -> f32 {
         let of_variance = self.own + self.neighbours;
-        let of_mean = 4.0 + 6.0 / (MATCHED * self.kurtosis).max(f32::MIN_POSITIVE);
+        let of_mean = 4.0 + 6.0 / (KURTOSIS_FRACTION * self.kurtosis).max(f32::MIN_POSITIVE);
         let both = 1.0 / (1.0 / of_variance + 1.0 / of_mean);
         planted!(
             "moderation-forgets-its-freedom",

@@ -25,8 +25,8 @@ use rayon::prelude::*;
 /// lamps' edges up to 18 % too large.
 const NOISE_SHARE: f32 = 1.0;
 
-/// The noise of r is averaged over squares of this radius.
-const AROUND: usize = 2;
+/// The radius in pixels of the squares over which the noise of r is averaged.
+const NOISE_RADIUS: usize = 2;
 
 /// The edge in pixels of the blocks whose differences between halves give the uncertainty.
 const BLOCK: usize = 8;
@@ -248,7 +248,7 @@ impl Channel {
         let noises = planted!(
             "denominator-with-its-own-noise",
             [of_half(1), of_half(0)],
-            [0, 1].map(|half| of_half(half).box_mean(AROUND))
+            [0, 1].map(|half| of_half(half).box_mean(NOISE_RADIUS))
         );
         Some(Self {
             halves,

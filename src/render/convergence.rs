@@ -26,7 +26,7 @@ const MAX_POWER: f64 = 1.5;
 const SIGMAS: f64 = 2.0;
 
 /// The number of standard errors for the alarm that an error rises, which keeps the render from ending.
-const ALARMED: f64 = 3.0;
+const RISE_SIGMAS: f64 = 3.0;
 
 /// An estimate of a render's error after a number of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -63,7 +63,7 @@ impl ErrorRecord {
     /// Whether the error of a later record is as small as independent samples make it, within the uncertainty of both
     /// records.
     pub fn is_kept_by(&self, later: &Self) -> bool {
-        let chance = ALARMED * hypot(self.uncertainty, later.uncertainty);
+        let chance = RISE_SIGMAS * hypot(self.uncertainty, later.uncertainty);
         later.of_sample() <= self.of_sample() * (1.0 + chance)
     }
 }

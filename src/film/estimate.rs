@@ -67,7 +67,7 @@ impl Film {
 
     /// The share of lit tiles whose mean has a relative standard error above a fifth, by the spread of batches. Where
     /// batches are Markov chains, these chains have not yet converged to the same mean.
-    pub fn disagreement(&self) -> f64 {
+    pub fn uncertain_tile_share(&self) -> f64 {
         const UNCERTAIN: f64 = 0.2;
         let (mut lit, mut uncertain) = (0, 0);
         for tile in &self.tiles {

@@ -60,30 +60,36 @@ impl ErrorRecord {
         self.samples * self.rel_rmse * self.rel_rmse
     }
 
-    /// Whether the error of a later record is as small as independent samples make it, within the uncertainty of both
-    /// records.
-    pub fn is_kept_by(&self, later: &Self) -> bool {
+    /// Whether the error of a later record is at most as large as independent samples make it, within the uncertainty of
+    /// both records.
+    pub fn is_consistent_with(&self, later: &Self) -> bool {
         let chance = RISE_SIGMAS * hypot(self.uncertainty, later.uncertainty);
         later.of_sample() <= self.of_sample() * (1.0 + chance)
     }
 }
 
 /// Returns an estimated error, without an upper bound if it is larger than the earlier estimates allow.
-pub fn stated(error: ErrorEstimate, samples: f64, error_records: &[ErrorRecord]) -> ErrorEstimate {
+pub fn without_bound_if_rising(
+    error: ErrorEstimate,
+    samples: f64,
+    error_records: &[ErrorRecord],
+) -> ErrorEstimate {
     let now = ErrorRecord::new(samples, &error);
     let before = error_records
         .iter()
         .rfind(|record| 2.0 * record.samples <= samples);
     match before {
-        Some(before) if error.doubt.is_none() && !before.is_kept_by(&now) => ErrorEstimate {
-            upper_bound: f64::INFINITY,
-            doubt: Some(Doubt::Rising {
-                at_least: error.rel_rmse * (1.0 - SIGMAS * error.uncertainty).max(0.0).sqrt(),
-                samples: before.samples,
-                rel_rmse: before.rel_rmse,
-            }),
-            ..error
-        },
+        Some(before) if error.doubt.is_none() && !before.is_consistent_with(&now) => {
+            ErrorEstimate {
+                upper_bound: f64::INFINITY,
+                doubt: Some(Doubt::Rising {
+                    at_least: error.rel_rmse * (1.0 - SIGMAS * error.uncertainty).max(0.0).sqrt(),
+                    samples: before.samples,
+                    rel_rmse: before.rel_rmse,
+                }),
+                ..error
+            }
+        }
         _ => error,
     }
 }
@@ -268,9 +274,9 @@ mod tests {
             doubt: None,
         };
         let error_records = [error_record(64.0, 0.1, 0.1), error_record(256.0, 0.05, 0.1)];
-        let fallen = stated(error(0.025, 0.1), 1024.0, &error_records);
+        let fallen = without_bound_if_rising(error(0.025, 0.1), 1024.0, &error_records);
         assert_eq!(fallen, error(0.025, 0.1));
-        let risen = stated(error(0.05, 0.1), 1024.0, &error_records);
+        let risen = without_bound_if_rising(error(0.05, 0.1), 1024.0, &error_records);
         assert!(risen.upper_bound.is_infinite());
         let Some(Doubt::Rising {
             at_least, samples, ..
@@ -280,9 +286,12 @@ mod tests {
         };
         assert!(samples == 256.0 && at_least < 0.05 && at_least > 0.04);
         // An uncertain difference may be chance; records that are too near say nothing.
-        assert_eq!(stated(error(0.05, 1.5), 1024.0, &error_records).doubt, None);
         assert_eq!(
-            stated(error(0.05, 0.1), 300.0, &error_records[1..]).doubt,
+            without_bound_if_rising(error(0.05, 1.5), 1024.0, &error_records).doubt,
+            None
+        );
+        assert_eq!(
+            without_bound_if_rising(error(0.05, 0.1), 300.0, &error_records[1..]).doubt,
             None
         );
     }

@@ -6,7 +6,7 @@
 
 use super::adaptive::allocation::Allocation;
 use super::budget::PlannerState;
-use super::convergence::{ErrorRecord, PowerLaw, stated};
+use super::convergence::{ErrorRecord, PowerLaw, without_bound_if_rising};
 use super::predicted::Predicted;
 use super::settings::{ErrorTarget, RenderSettings};
 use super::tally::Rejected;
@@ -89,7 +89,11 @@ impl Rendered {
     /// fallen; `None` before it can be estimated.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let error = self.film.error(confidence)?;
-        Some(stated(error, self.even_spp(), &self.error_records))
+        Some(without_bound_if_rising(
+            error,
+            self.even_spp(),
+            &self.error_records,
+        ))
     }
 
     /// Whether the bound of the error is at most the requested one.

@@ -40,7 +40,7 @@ use crate::film::{ErrorEstimate, Film};
 use crate::image::Layer;
 use crate::image::atomic::ExistingFile;
 use crate::render::adaptive::allocation::Allocation;
-use crate::render::convergence::{ErrorRecord, Forecast, stated};
+use crate::render::convergence::{ErrorRecord, Forecast, without_bound_if_rising};
 use crate::render::settings::SamplerKind;
 use crate::render::{Rendered, check_found_light};
 use body::Body;
@@ -77,7 +77,11 @@ impl State {
     /// The estimated error of the samples, with an upper bound of this confidence; `None` if it cannot be estimated.
     pub fn error(&self, confidence: f64) -> Option<ErrorEstimate> {
         let error = self.film.error(confidence)?;
-        Some(stated(error, self.even_spp(), &self.header.error_records))
+        Some(without_bound_if_rising(
+            error,
+            self.even_spp(),
+            &self.header.error_records,
+        ))
     }
 
     /// The samples per pixel, distributed evenly, that have this error.

@@ -93,7 +93,7 @@ fn chain_disagreement_falls_with_more_steps() {
             ..settings(&scene, IntegratorKind::Metropolis, spp)
         };
         let film = film(&ready, &scene, &settings);
-        film.disagreement()
+        film.uncertain_tile_share()
     };
     let (few, many) = (told(16), told(1024));
     println!("disagreement {few} and {many}");

@@ -328,7 +328,7 @@ fn describe_error(error: &ErrorStats) -> String {
 pub fn warn_of_disagreement(film: &Film) {
     /// The share of disagreeing tiles above which the warning is printed.
     const MAX_DISAGREEMENT: f64 = 0.05;
-    let share = film.disagreement();
+    let share = film.uncertain_tile_share();
     if share > MAX_DISAGREEMENT {
         say!(
             "warning: the Markov chains disagree: in {} of the image their means, and so the brightness, are uncertain by more than 20 %; render longer",

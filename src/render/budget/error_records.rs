@@ -7,7 +7,7 @@
 use super::PassPlanner;
 use crate::film::ErrorEstimate;
 use crate::render::adaptive::allocation::Allocation;
-use crate::render::convergence::{ErrorRecord, Forecast, stated};
+use crate::render::convergence::{ErrorRecord, Forecast, without_bound_if_rising};
 use serde::{Deserialize, Serialize};
 
 /// The samples per pixel after which the error is estimated for the first time, and for the second time at the latest: the
@@ -90,7 +90,7 @@ impl PassPlanner {
         let equivalent_spp = allocation.map_or(self.spp as f64, |allocation| {
             allocation.equivalent_spp(self.spp)
         });
-        let error = stated(error, equivalent_spp, &self.error_records);
+        let error = without_bound_if_rising(error, equivalent_spp, &self.error_records);
         self.error_records
             .push(ErrorRecord::new(equivalent_spp, &error));
         let Some(target) = self.budget.error else {

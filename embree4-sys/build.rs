@@ -14,7 +14,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Where systems and package managers put libraries.
+/// The prefixes under which systems and package managers put libraries.
 const USUAL_PREFIXES: [&str; 4] = ["/usr", "/usr/local", "/opt/homebrew", "/opt/local"];
 
 /// The functions that Etendue calls. All exist since Embree 4.0; bindgen adds the types and constants that they

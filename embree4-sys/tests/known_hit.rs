@@ -12,7 +12,7 @@ use std::ptr::null_mut;
 const GEOMETRY: u32 = 7;
 const PRIMITIVE: u32 = 1;
 
-/// What surrounds a packet, and fills the fields of a hit before it is traced.
+/// The value that surrounds a packet, and fills the fields of a hit before it is traced.
 const CANARY: u32 = 0xC0FF_EE00;
 
 /// The 32-bit fields of `RTCRayHit`, in order; `RTCRay` is the first twelve. The last is new in
@@ -57,7 +57,7 @@ struct Guarded<const N: usize> {
 #[repr(C, align(64))]
 struct Valid<const N: usize>([i32; N]);
 
-/// What a lane is set up to do.
+/// The outcome for which a lane is set up.
 #[derive(Clone, Copy, PartialEq)]
 enum Fate {
     Hit,

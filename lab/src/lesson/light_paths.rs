@@ -277,7 +277,7 @@ fn shares() -> Plot {
     };
     let series = LampStrategy::ALL.into_iter().enumerate();
     Plot {
-        title: "Who finds the light of that pixel".to_owned(),
+        title: "Share of the light by strategy".to_owned(),
         reading: "By the weights: of a small lamp, light sampling finds the direct light and light paths \
                   find the caustic; a large lamp is met by scattering."
             .to_owned(),

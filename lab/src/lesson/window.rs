@@ -230,7 +230,7 @@ fn parts() -> Plot {
             .collect::<Vec<_>>()
     };
     Plot {
-        title: format!("What the window trades, R = {R}"),
+        title: format!("Variance and path length by window, R = {R}"),
         reading:
             "The variance falls to that of the surfaces' own light, and no further; the length \
                   of paths grows by the same for each halving of the window."

@@ -51,8 +51,8 @@ fn triangles(shape: &ShapeDescription) -> Vec<[DVec3; 3]> {
         .collect()
 }
 
-/// What does not depend on how a surface is cut: its area and centroid, and the flux of the constant and of the
-/// identity vector field, which tell its sides.
+/// The moments of a surface that do not depend on how it is cut: its area and centroid, and the flux of the constant and
+/// of the identity vector field, which tell its sides.
 fn moments(shape: &ShapeDescription) -> [f64; 8] {
     if let GeometryDescription::Sphere { center, radius } = shape.geometry {
         let radius = radius * shape.transform.matrix3.determinant().abs().cbrt();

@@ -26,10 +26,10 @@ const MIN_ALPHA: f32 = 0.1;
 #[derive(Debug)]
 pub(super) struct FirstSurfaces<E: Effects> {
     pub(super) at: InteractionLanes<E>,
-    /// The reflectances of the diffuse ones.
+    /// The reflectances of the diffuse surfaces.
     reflectance: Lanes3,
     principled: EffectState<E::Glossy, FirstPrincipled>,
-    /// Those with other BSDFs that share.
+    /// The pixels with other BSDFs that share.
     scalar: ActiveLanes<LANES>,
 }
 

@@ -1,8 +1,8 @@
 //! A tree of lights, by which one is selected in proportion to estimates of what each would contribute at a receiver.
 //!
 //! A node has up to sixteen children, each a light or another node, with bounds of all lights below. From the root on, a
-//! child is selected in proportion to its estimate, with one random number for all nodes of the way. Up to sixteen lights
-//! are the children of the root, so that each is selected in proportion to its own estimate.
+//! child is selected in proportion to its estimate, with one random number for all levels from the root to the light. Up to
+//! sixteen lights are the children of the root, so that each is selected in proportion to its own estimate.
 //!
 //! Where all children of a node have the estimate zero, although the bounds of the node had not, no light is selected, as
 //! none can light the receiver.

@@ -11,8 +11,8 @@
 //! glass and metal throw onto matte surfaces; nothing is stored, and surfaces are not connected to each other.
 //!
 //! Measure: radiance; splats as in `film/splats.rs`.
-//! Range: any scene. A path on which every surface seen from the camera or from a point light scatters by delta lobes may
-//! be found by no strategy.
+//! Range: any scene. No strategy finds a path from a light that no ray can hit, such as a point light, if the first surfaces
+//! from both ends scatter by delta lobes.
 //! Source: Veach 1997, chapter 10; Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with
 //! Vertex Connection and Merging", for weights in constant memory. Tested in `tests/rendering/light_paths.rs`.
 

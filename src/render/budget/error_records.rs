@@ -27,11 +27,11 @@ pub(super) const ESTIMATE_RATIO: u64 = 4;
 /// The largest relative standard error of the squared error from which the samples to come can be forecast.
 const MAX_UNCERTAINTY: f64 = 0.12;
 
-/// The samples grow by at least one in this many from one estimate to the next.
+/// The divisor of the smallest step: the samples grow by at least 1/16 from one estimate to the next.
 const SMALL_STEP: u64 = 16;
 
-/// The next estimate of the error is made when, of the missing samples by the forecast, all but one in this many are
-/// taken.
+/// The divisor of the last step: the next estimate of the error is made after 4/5 of the samples that the forecast still
+/// requires.
 const LAST_STEP: u64 = 5;
 
 /// The largest number of samples that is forecast.

@@ -15,9 +15,9 @@ use etendue::internals::state::State;
 use serde::Serialize;
 use std::time::Duration;
 
-/// The samples per pixel of the pilot, enough for two estimates of the error ...
+/// The samples per pixel of the pilot, enough for two estimates of the error.
 const PILOT_SPP: u64 = 256;
-/// ... and the longest time of the pilot.
+/// The longest time of the pilot.
 const MAX_PILOT_TIME: Duration = Duration::from_secs(60);
 
 /// The shards that bring an image to an error.

@@ -34,10 +34,10 @@ const BLOCK: usize = 8;
 /// The least number of blocks; blocks are made smaller where there would be fewer.
 const MIN_BLOCKS: usize = 32;
 
-/// The least edge of a block, as a multiple of the border size ...
+/// The least edge of a block as a multiple of the border size.
 const MIN_EDGE_IN_BORDERS: usize = 4;
 
-/// ... and in pixels, as those of an interleaved packet may share paths.
+/// The least edge of a block in pixels: the pixels of an interleaved packet may share paths.
 const MIN_EDGE: usize = 8;
 
 /// The variance of each pixel's mean over the squared truth, by either half of the batches.

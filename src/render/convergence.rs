@@ -17,9 +17,9 @@ use serde::{Deserialize, Serialize};
 /// The least ratio of the samples of two records that determine the power: nearer ones differ by their noise.
 const MIN_RECORD_RATIO: f64 = 4.0;
 
-/// The smallest power: an error falls at least as the root of the samples does ...
+/// The smallest power: an error falls at least as the root of the samples does.
 const MIN_POWER: f64 = 0.5;
-/// ... and the largest: hardly faster than this power of them.
+/// The largest power: an error hardly falls faster than this power of the samples.
 const MAX_POWER: f64 = 1.5;
 
 /// The number of standard errors from which a difference is significant.

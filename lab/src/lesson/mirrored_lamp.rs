@@ -59,9 +59,9 @@ pub(super) struct Pixel {
     pub(super) lamp: f64,
     /// The strategies, each weighted against the others.
     pub(super) used: Vec<LampStrategy>,
-    /// The number of light paths for the pixel's camera path ...
+    /// The number of light paths for the pixel's camera path.
     pub(super) light_paths: usize,
-    /// ... and the number that weights take it for: another one is a mistake.
+    /// The number of light paths that the weights assume: any other than the true one is a mistake.
     pub(super) weighted_as: usize,
 }
 

@@ -24,9 +24,9 @@ pub const TARGETS: [f64; 5] = [0.1, 0.03, 0.01, 0.003, 0.001];
 pub struct Summary {
     /// Its name.
     pub name: String,
-    /// Seconds by samples per pixel, at the size of the study ...
+    /// Seconds by samples per pixel, at the size of the study.
     pub time: TimeLaw,
-    /// ... and at the scene's own size.
+    /// Seconds by samples per pixel, at the scene's own size.
     pub own_time: TimeLaw,
     /// The factor of relMSE at the scene's own size, relative to the size of the study.
     pub own_error: f64,

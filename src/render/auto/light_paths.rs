@@ -31,7 +31,7 @@ use serde::Serialize;
 /// The approximate number of pixels of the pilot's image.
 const PIXELS: f64 = 1600.0;
 
-/// Its samples per pixel.
+/// The samples per pixel of the pilot's image.
 const SPP: u64 = 32;
 
 /// The seed of the pilot.

@@ -37,9 +37,9 @@ pub use weight_window::WeightWindowChoice;
 /// The approximate number of pixels of the pilot's images.
 const PIXELS: f64 = 5000.0;
 
-/// The samples per pixel of each of them ...
+/// The samples per pixel of the pilot's images, but for those by `path`.
 const SPP: u64 = 16;
-/// ... and of those by `path`, which are faster.
+/// The samples per pixel of the pilot's images by `path`, which are faster to render.
 const SPP_OF_PATH: u64 = 32;
 
 /// The offset of the pilots' seeds, which are combined with the seed of the image.

@@ -24,8 +24,8 @@ use crate::integrator::roulette::WeightWindow;
 /// The approximate number of pixels of the pilots' images.
 const PIXELS: f64 = 1000.0;
 
-/// Their samples per pixel. The counts of rays of both windows, for the same random numbers, then have a ratio within about
-/// 1 % of that of a whole render.
+/// The samples per pixel of the pilots' images. With this many, the counts of rays of both windows, for the same random
+/// numbers, have a ratio within about 1 % of that of a whole render.
 const SPP: u64 = 4;
 
 /// The seed of the pilots.

@@ -15,12 +15,12 @@ use statrs::distribution::{Continuous, Normal};
 /// The number of bins of the histogram of p-values.
 const P_BINS: usize = 20;
 
-/// The marked values of the axis of errors, in percent ...
+/// The marked values of the axis of errors, in percent.
 const ERRORS: [f64; 12] = [
     0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0,
 ];
 
-/// ... and of the axis of times, in seconds.
+/// The marked values of the axis of times, in seconds, and their names.
 const SECONDS: [(f64, &str); 14] = [
     (1e-3, "1 ms"),
     (1e-2, "10 ms"),

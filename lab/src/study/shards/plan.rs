@@ -41,9 +41,9 @@ pub struct StudyPlan {
     pub schedule: Schedule,
     /// Seconds of each variant by samples, in units of its minimum.
     pub laws: Vec<TimeLaw>,
-    /// Seconds of each variant by samples ...
+    /// Seconds of each variant by samples, as measured in the warm-up.
     pub warm_up: Vec<TimeLaw>,
-    /// ... and at the scene's own size, if the image is smaller.
+    /// The time and the error of each variant at the scene's own size, if the image is smaller.
     pub own_size: Vec<Option<OwnSize>>,
     /// Warnings to the reader.
     pub warnings: Vec<String>,

@@ -56,9 +56,9 @@ impl Default for LightAtRough {
 /// The sums over the pixels that see a second surface.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct DensitySums {
-    /// Of the densities of the surface.
+    /// The sum of the densities of the surface.
     pub(super) density: f32,
-    /// Of these times those of the direction.
+    /// The sum of the products of the densities of the surface and of the direction.
     pub(super) density_with_pdf: f32,
 }
 

@@ -8,7 +8,7 @@
 //! Measure: pixels; records.
 //! Range: `irradiance-cache` with a bound above 0; others need no prepass. At most one record for 12 pixels, of about
 //! 200 bytes each.
-//! Source: the overture of Ward, Rubinstein and Clear 1988. Tested in `tests/rendering/irradiance_cache.rs`.
+//! Source: Ward, Rubinstein and Clear 1988, whose prepass Radiance calls the overture. Tested in `tests/rendering/irradiance_cache.rs`.
 
 use super::dispatch::{kernel, path, run_matte_or_everything, sampler};
 use super::pixel_block::PixelBlock;

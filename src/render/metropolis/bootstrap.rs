@@ -20,9 +20,9 @@ use crate::sampler::{Primary, hash};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The number of steps of a round per bootstrap sample ...
+/// The number of steps of a round for each bootstrap sample.
 const STEPS_PER_SAMPLE: u64 = 8;
-/// ... of which there are at least this many.
+/// The least number of bootstrap samples of a round.
 const MIN_SAMPLES: u64 = 256;
 
 /// A path at which a chain may start.

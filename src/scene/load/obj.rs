@@ -8,9 +8,9 @@
 
 use super::contents::SceneContents;
 use super::mtl;
-use super::obj_text::{LineError, ObjText};
+use super::obj_text::ObjText;
 use super::polygon::{Fans, note_on_uncovered};
-use super::wording::{shown, unknown_name};
+use super::wording::{LineError, shown, unknown_name};
 use super::{beside, read_any_text, vertex_colours};
 use crate::error::{Error, Result};
 use crate::image::srgb;

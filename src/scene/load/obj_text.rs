@@ -10,13 +10,10 @@
 //! texture coordinates or normals loses them. Other keywords are ignored.
 //! Source: the OBJ format, appendix B1 of Wavefront's Advanced Visualizer manual. Tested below.
 
-use super::wording::shown;
+use super::wording::{LineError, shown};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::fmt::Write;
-
-/// The line of an error, and its message.
-pub type LineError = (usize, String);
 
 /// A checked OBJ file.
 #[derive(Debug, Default)]

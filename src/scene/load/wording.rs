@@ -5,6 +5,9 @@
 //! Source: similarity by Damerau-Levenshtein distance, through strsim. Tested in `load/reader.rs` and
 //! `cli/tests/command/bad_input.rs`.
 
+/// A line, counted from 1, and what is wrong in it.
+pub type LineError = (usize, String);
+
 /// Returns the message for a name that is not among `known`: the most similar of them, if any, and the list of all.
 pub fn unknown_name(what: &str, name: &str, known: &[&str]) -> String {
     let name = shown(name);

@@ -5,8 +5,8 @@
 //! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::gamut::Gamut;
-use super::tokens::{LineError, Token, Tokens};
-use crate::scene::load::wording::{shown, unknown_name};
+use super::tokens::{Token, Tokens};
+use crate::scene::load::wording::{LineError, shown, unknown_name};
 use std::cell::Cell;
 use std::rc::Rc;
 

@@ -5,9 +5,9 @@
 //! Source: pbrt-v4's file format. Tested in `tests/loading/pbrt/`.
 
 use super::parameter::{self, Parameter, declared, number, quote};
-use super::tokens::{LineError, Token, Tokens};
+use super::tokens::{Token, Tokens};
 use crate::math::vec::{DAffine3, DMat3, DVec3};
-use crate::scene::load::wording::unknown_name;
+use crate::scene::load::wording::{LineError, unknown_name};
 use std::rc::Rc;
 
 /// A statement.

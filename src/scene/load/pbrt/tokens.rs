@@ -5,6 +5,7 @@
 //! Source: the tokens of pbrt-v4's file format. The crate pbrt4 was not used: it panics on statements that it does not
 //! know, and its errors have no place. Tested below and in `tests/loading/pbrt/`.
 
+use crate::scene::load::wording::LineError;
 use std::borrow::Cow;
 
 /// A token.
@@ -28,9 +29,6 @@ pub struct Tokens<'a> {
     /// A token that was read ahead, and its line.
     peeked: Option<(Token<'a>, usize)>,
 }
-
-/// A line and what is wrong in it.
-pub type LineError = (usize, String);
 
 impl<'a> Tokens<'a> {
     /// Begins at the start of a text.

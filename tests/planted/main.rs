@@ -23,7 +23,9 @@ fn source_files(folder: &Path) -> Vec<PathBuf> {
             vec![path]
         }
     });
-    files.collect()
+    files
+        .filter(|file| file.extension().is_some_and(|it| it == "rs"))
+        .collect()
 }
 
 /// The names of the bugs planted in a source text.

@@ -163,8 +163,7 @@ impl Pair<'_> {
                 return real(&format!("{passing} misses {}", name(hit.id)));
             }
             passed_edge = true;
-            skipped[near] = hit.t;
-            hits[near] = self.behind(near, ray, time, hit);
+            (hits[near], skipped[near]) = self.behind(near, ray, time, hit);
         }
     }
 
@@ -193,7 +192,7 @@ impl Pair<'_> {
                     }
                     uncertain => candidates |= uncertain.is_some(),
                 }
-                next = self.behind(side, ray, time, hit);
+                (next, _) = self.behind(side, ray, time, hit);
             }
         }
         if candidates {
@@ -219,12 +218,21 @@ impl Pair<'_> {
             .find(|interval| interval.holds(hit.t))
     }
 
-    fn behind(&self, side: usize, ray: &Ray, time: f32, hit: Hit) -> Option<Hit> {
-        let rest = Ray {
-            t_min: hit.t.max(ray.t_min).next_up(),
-            ..*ray
-        };
-        self.sides[side].1.intersect(&rest, time, None)
+    /// Returns the next hit of a side behind a hit, and the distance from which it was searched.
+    ///
+    /// Backends in single precision may report a hit some roundings before the start of the ray, as Embree's AVX2 code does with
+    /// [`Precision::Fast`](etendue::Precision::Fast): then the start moves on.
+    fn behind(&self, side: usize, ray: &Ray, time: f32, hit: Hit) -> (Option<Hit>, f32) {
+        let mut t_min = hit.t.max(ray.t_min);
+        loop {
+            t_min = t_min.next_up();
+            let next = self.sides[side]
+                .1
+                .intersect(&Ray { t_min, ..*ray }, time, None);
+            if next.is_none_or(|next| next.t > hit.t) {
+                return (next, t_min);
+            }
+        }
     }
 
     /// Tests all primitives: returns one that the ray certainly hits, and whether the ray may hit any.

@@ -223,14 +223,12 @@ impl Pair<'_> {
     /// Backends in single precision may report a hit some roundings before the start of the ray, as Embree's AVX2 code does with
     /// [`Precision::Fast`](etendue::Precision::Fast): then the start moves on.
     fn behind(&self, side: usize, ray: &Ray, time: f32, hit: Hit) -> (Option<Hit>, f32) {
-        let mut t_min = hit.t.max(ray.t_min);
+        let mut rest = *ray;
+        rest.begin_after(hit.t);
         loop {
-            t_min = t_min.next_up();
-            let next = self.sides[side]
-                .1
-                .intersect(&Ray { t_min, ..*ray }, time, None);
-            if next.is_none_or(|next| next.t > hit.t) {
-                return (next, t_min);
+            match self.sides[side].1.intersect(&rest, time, None) {
+                Some(again) if again.t <= hit.t => rest.begin_after(again.t),
+                next => return (next, rest.t_min),
             }
         }
     }

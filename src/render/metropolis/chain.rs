@@ -121,8 +121,8 @@ impl<'a> ChainJob<'a> {
 fn strategy(u: f32, edges: usize) -> Strategy {
     // Light that the camera sees directly is found by one strategy alone.
     let strategies = if edges == 1 { 1 } else { edges + 1 };
-    let u = planted!("strategies-have-uneven-shares", u * u, u);
-    let s = (f64::from(u) * strategies as f64) as usize;
+    let position = planted!("strategies-have-uneven-shares", u * u, u);
+    let s = (f64::from(position) * strategies as f64) as usize;
     Strategy {
         s,
         t: edges + 1 - s,

@@ -75,7 +75,7 @@ header: ## Makes the C library's header anew, capi/include/etendue.h.
 	mv capi/include/etendue.h.new capi/include/etendue.h
 
 albedo-tables: setup ## Computes src/bsdf/albedo/tables.bin anew, after a change of the GGX model.
-	ALBEDO_TABLES=$(CURDIR)/src/bsdf/albedo/tables.bin $(CARGO) test --lib albedo::quadrature::the_tables
+	ALBEDO_TABLES=$(CURDIR)/src/bsdf/albedo/tables.bin $(CARGO) test -p etendue --lib albedo::quadrature::the_tables
 
 # Every run has other random numbers; its report says which.
 battery: setup ## Runs the long battery of hard cases with exact answers; reports go to out/battery/.

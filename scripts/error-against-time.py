@@ -268,7 +268,7 @@ def page(results, options, version):
         interval = f"{ratio:.2f} ({ratio * math.exp(-margin):.2f} to {ratio * math.exp(margin):.2f})"
         lines.append(f"| {title} | {ours:.3g} | {theirs:.3g} | {interval} |")
     # Without the folders of the machine.
-    command = " ".join(["scripts/error-against-time.py"] + [os.path.basename(it) for it in sys.argv[1:]])
+    command = " ".join(["scripts/error-against-time.py"] + [re.sub("[^=]*/", "", it) for it in sys.argv[1:]])
     lines += ["", f"Measured by `{command}`: {options.width} pixels wide, {SEEDS} seeds, {options.budget:g} s for each program and scene,"]
     lines += [f"{version} against Mitsuba {mi.__version__} (`{mi.variant()}`, sampler `{options.sampler}`), on {os.cpu_count()} processors ({processor()})."]
     method = __doc__.split("\n\n")[2].strip().replace("\n", " ")

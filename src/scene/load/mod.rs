@@ -20,7 +20,6 @@ mod motion;
 mod mtl;
 mod named_spectra;
 mod obj;
-mod obj_text;
 mod pbrt;
 mod ply;
 mod polygon;

@@ -6,9 +6,13 @@
 //! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs`, `tests/loading/odd_models.rs` and
 //! `cli/tests/command/bad_input.rs`.
 
+mod chunks;
+mod lines;
+mod text;
+
+use self::text::{Batch, ObjText};
 use super::contents::SceneContents;
 use super::mtl;
-use super::obj_text::ObjText;
 use super::polygon::{Fans, note_on_uncovered};
 use super::wording::{LineError, shown, unknown_name};
 use super::{beside, read_any_text, vertex_colours};
@@ -20,6 +24,7 @@ use crate::scene::description::{
     ColourDescription, GeometryDescription, MeshDescription, Note, NoteKind, Place,
     ShapeDescription,
 };
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -36,8 +41,9 @@ pub fn load(
     material: Option<usize>,
     contents: &mut SceneContents,
 ) -> Result<Vec<ShapeDescription>> {
-    let obj = ObjText::read(&read_any_text(path)?).map_err(at(path))?;
-    shapes(path, obj, material, contents)
+    let text = read_any_text(path)?;
+    let obj = lines::read(&text, false).map_err(at(path))?;
+    shapes(path, &obj, material, contents)
 }
 
 /// Reads the meshes of a model, without its groups and materials.
@@ -45,9 +51,10 @@ pub fn load(
 /// # Errors
 /// As [`load`].
 pub fn load_whole(path: &Path, contents: &mut SceneContents) -> Result<Vec<MeshDescription>> {
-    let obj = ObjText::read_whole(&read_any_text(path)?).map_err(at(path))?;
+    let text = read_any_text(path)?;
+    let obj = lines::read(&text, true).map_err(at(path))?;
     // Any material, as none is returned.
-    let shapes = shapes(path, obj, Some(0), contents)?;
+    let shapes = shapes(path, &obj, Some(0), contents)?;
     let meshes = shapes.into_iter().filter_map(|shape| match shape.geometry {
         GeometryDescription::Mesh(mesh) => Some(Arc::unwrap_or_clone(mesh)),
         _ => None,
@@ -57,7 +64,7 @@ pub fn load_whole(path: &Path, contents: &mut SceneContents) -> Result<Vec<MeshD
 
 fn shapes(
     path: &Path,
-    mut obj: ObjText,
+    obj: &ObjText,
     material: Option<usize>,
     contents: &mut SceneContents,
 ) -> Result<Vec<ShapeDescription>> {
@@ -74,33 +81,38 @@ fn shapes(
     }
     let has_colours = material.is_none() && obj.has_valid_colours();
     if material.is_none()
-        && let Some(text) = note_on_colours(&obj)
+        && let Some(text) = note_on_colours(obj)
     {
         contents.note(Note::at(Place::of_file(path), NoteKind::Omission, text));
     }
-    let surfaces: Vec<ObjMaterial> = match material {
-        Some(index) => vec![(index, None); obj.materials.len()],
-        // No face is grey.
-        None if has_colours && obj.libraries.is_empty() && obj.materials.is_empty() => vec![],
-        None => surfaces(path, &obj, contents)?,
+    let surfaces = || -> Result<Vec<ObjMaterial>> {
+        match material {
+            Some(index) => Ok(vec![(index, None); obj.materials.len()]),
+            // No face is grey.
+            None if has_colours && obj.libraries.is_empty() && obj.materials.is_empty() => {
+                Ok(vec![])
+            }
+            None => surfaces(path, obj, contents),
+        }
     };
-
-    let models = parse(&obj.for_parser(has_colours))
-        .map_err(|error| Error::scene(format!("expected a model: {error}")).in_file(path))?;
+    // Images of materials take as long as meshes.
+    let (surfaces, meshes) = rayon::join(surfaces, || meshes(obj, has_colours));
+    let surfaces = surfaces?;
+    let meshes =
+        meshes.map_err(|error| Error::scene(format!("expected a model: {error}")).in_file(path))?;
     let unnamed = path.file_stem().unwrap_or_default().to_string_lossy();
-    let mut shapes = Vec::with_capacity(models.len());
+    let mut shapes = Vec::with_capacity(meshes.len());
     let mut uncovered = 0;
-    for (part, model) in obj.parts.iter().zip(models) {
+    for (part, (mut mesh, more, colours)) in obj.parts.iter().zip(meshes) {
         let group = part.group.map(|group| obj.groups[group].as_str());
         let name = group.filter(|name| !name.is_empty()).unwrap_or(&unnamed);
         let place = Place::on_line(path, part.line);
-        let (mut mesh, more) = to_mesh(&model.mesh);
         uncovered += more;
         let (material, emission) = match (part.material, material) {
             (Some(name), _) => surfaces[name].clone(),
             (None, Some(index)) => (index, None),
             (None, None) if has_colours => {
-                let colours = linear(&model.mesh.vertex_color);
+                let colours = linear(&colours);
                 let place = place.clone();
                 let index = vertex_colours::to_material(&mut mesh, &colours, place, contents)?;
                 (index, None)
@@ -220,14 +232,35 @@ fn library_files(path: &Path, written: &str) -> Vec<PathBuf> {
     }
 }
 
-/// Parses the text with tobj.
-fn parse(text: &str) -> std::result::Result<Vec<tobj::Model>, tobj::LoadError> {
-    let options = tobj::LoadOptions {
-        single_index: true,
-        ..Default::default()
+/// The vertices and corners that are worth a text of their own: some milliseconds of work.
+const BATCH_WORK: usize = 20_000;
+
+/// A mesh, the number of its polygons that are not covered by their triangles, and the colours of its vertices.
+type ParsedMesh = (MeshDescription, usize, Vec<f64>);
+
+/// Parses all parts with tobj and returns their meshes, in this order.
+fn meshes(
+    obj: &ObjText,
+    has_colours: bool,
+) -> std::result::Result<Vec<ParsedMesh>, tobj::LoadError> {
+    let parse = |batch: &Batch| {
+        let options = tobj::LoadOptions {
+            single_index: true,
+            ..Default::default()
+        };
+        let no_libraries = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
+        let text = obj.for_parser(batch, has_colours);
+        let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_libraries)?;
+        let parsed = models.into_iter().map(|model| {
+            let (mesh, uncovered) = to_mesh(&model.mesh);
+            (mesh, uncovered, model.mesh.vertex_color)
+        });
+        Ok(parsed.collect::<Vec<_>>())
     };
-    let no_libraries = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-    tobj::load_obj_buf(&mut text.as_bytes(), &options, no_libraries).map(|(models, _)| models)
+    let batches = obj.batches(BATCH_WORK);
+    let parsed: std::result::Result<Vec<_>, _> =
+        batches.par_iter().with_max_len(1).map(parse).collect();
+    Ok(parsed?.into_iter().flatten().collect())
 }
 
 /// Returns a mesh, and the number of its polygons that are not covered by their triangles.

@@ -23,7 +23,8 @@ pub struct MeshVertex {
 }
 
 impl MeshVertex {
-    fn new(position: Vec3, normal: Vec3, uv: Vec2) -> Self {
+    /// Makes a vertex; normal and texture coordinate are zero in a mesh without them.
+    pub fn new(position: Vec3, normal: Vec3, uv: Vec2) -> Self {
         Self {
             position_and_u: position.extend(uv.x),
             normal_and_v: normal.extend(uv.y),
@@ -73,19 +74,36 @@ impl Mesh {
         let count = positions.len();
         assert!(normals.is_empty() || normals.len() == count);
         assert!(uvs.is_empty() || uvs.len() == count);
-        assert!(indices.iter().flatten().all(|&i| (i as usize) < count));
-        let used = indices.iter().flatten();
-        let bounds = Bounds::around(used.map(|&i| positions[i as usize].as_dvec3()));
-        let of_vertices = positions.par_iter().with_min_len(MIN_PER_THREAD);
-        let vertex = |(i, &position): (usize, &Vec3)| {
+        let has = [!normals.is_empty(), !uvs.is_empty()];
+        let vertex = |(i, position)| {
             let normal = normals.get(i).copied().unwrap_or(Vec3::ZERO);
             MeshVertex::new(position, normal, uvs.get(i).copied().unwrap_or(Vec2::ZERO))
         };
+        let vertices = positions.into_iter().enumerate().map(vertex);
+        Self::from_vertices(vertices.collect(), has, indices)
+    }
+
+    /// Creates a mesh of vertices that have normals (of unit length) and texture coordinates if `has` says so.
+    ///
+    /// # Panics
+    /// If an index does not fit the vertices.
+    pub fn from_vertices(
+        vertices: Vec<MeshVertex>,
+        [has_normals, has_uvs]: [bool; 2],
+        indices: Vec<[u32; 3]>,
+    ) -> Self {
+        let count = vertices.len();
+        let triangles = indices.par_iter().with_min_len(MIN_PER_THREAD);
+        let around = |triangle: &[u32; 3]| {
+            assert!(triangle.iter().all(|&i| (i as usize) < count));
+            Bounds::around(triangle.map(|i| vertices[i as usize].position().as_dvec3()))
+        };
+        let bounds = triangles.map(around).reduce(Bounds::default, Bounds::union);
         Self {
-            vertices: of_vertices.enumerate().map(vertex).collect(),
+            vertices,
             indices,
-            has_normals: !normals.is_empty(),
-            has_uvs: !uvs.is_empty(),
+            has_normals,
+            has_uvs,
             bounds,
         }
     }

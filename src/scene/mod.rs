@@ -19,6 +19,7 @@ pub mod keyframes;
 mod light_queries;
 pub mod load;
 pub mod material;
+mod medians;
 mod mesh_rectangles;
 mod normal_map;
 pub mod normalisation;

@@ -8,11 +8,10 @@
 //! Range: any finite scene; the identity without primitives.
 //! Source: docs/accuracy.md, "Precision by construction". Tested below and in `tests/rendering/determinism.rs`.
 
-use crate::geometry::mesh::MIN_PER_THREAD;
+use super::medians::{PrimitiveBoxes, medians};
 use crate::math::bounds::Bounds;
 use crate::math::vec::{DAffine3, DVec3, Vec3};
 use crate::planted::planted;
-use rayon::prelude::*;
 
 /// The map from world to normalised units.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,28 +23,14 @@ pub struct Normalisation {
 
 impl Normalisation {
     /// Computes the map for primitives with these boxes, in world units.
-    pub fn of(boxes: &[Bounds]) -> Self {
-        if boxes.is_empty() {
-            return Self {
-                centre: DVec3::ZERO,
-                scale: 1.0,
-            };
-        }
-        let along = |axis: usize| median(boxes, |b| b.centre()[axis]);
-        let centre = if boxes.len() < MIN_PER_THREAD {
-            [0, 1, 2].map(along)
-        } else {
-            let (x, (y, z)) = rayon::join(|| along(0), || rayon::join(|| along(1), || along(2)));
-            [x, y, z]
-        };
-        let centre = DVec3::from_array(centre);
+    pub fn of(boxes: &impl PrimitiveBoxes) -> Self {
+        let centre = medians(boxes, |b| b.centre().to_array());
+        let centre = DVec3::from_array(centre.unwrap_or_default());
         let reach = |b: &Bounds| {
-            (b.max - centre)
-                .abs()
-                .max((b.min - centre).abs())
-                .max_element()
+            let farthest = (b.max - centre).abs().max((b.min - centre).abs());
+            [farthest.max_element()]
         };
-        let unit = power_of_two_above(median(boxes, reach));
+        let unit = medians(boxes, reach).map_or(1.0, |[reach]| power_of_two_above(reach));
         Self {
             centre,
             scale: 1.0 / unit,
@@ -82,14 +67,6 @@ impl Normalisation {
     pub fn world_length(&self, length: f32) -> f64 {
         f64::from(length) / self.scale
     }
-}
-
-/// Returns the lower median of a number of each of at least one box.
-fn median(boxes: &[Bounds], number: impl Fn(&Bounds) -> f64 + Send + Sync) -> f64 {
-    let boxes = boxes.par_iter().with_min_len(MIN_PER_THREAD);
-    let mut values: Vec<f64> = boxes.map(number).collect();
-    let middle = (values.len() - 1) / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Returns the smallest normal power of two above `x`; 1 if `x` is not positive, finite and normal. Exact, so that

@@ -8,11 +8,11 @@
 use super::description::{GeometryDescription, MeshDescription, ShapeDescription};
 use super::normalisation::Normalisation;
 use crate::error::Result;
-use crate::geometry::mesh::{MIN_PER_THREAD, Mesh};
+use crate::geometry::mesh::{MIN_PER_THREAD, Mesh, MeshVertex};
 use crate::geometry::{Geometry, disk::Disk, sphere::Sphere};
 use crate::math::bounds::Bounds;
 use crate::math::frame::Frame;
-use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use crate::math::vec::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -59,36 +59,43 @@ impl PlacedMesh {
     /// Returns the mesh in normalised units, without the triangles that have no area there, and the number of those.
     fn normalised(&self, normalisation: &Normalisation) -> (Mesh, usize) {
         let description = &self.mesh;
-        let to_normalised = |p: &DVec3| normalisation.point(self.transform.transform_point3(*p));
-        let positions = description
-            .positions
-            .par_iter()
-            .with_min_len(MIN_PER_THREAD);
-        let positions: Vec<Vec3> = positions.map(to_normalised).collect();
-        let normals = if has_shading_normals(description) {
-            let matrix = normal_matrix(&self.transform);
-            let turned = |n: &DVec3| (matrix * *n).normalize_or_zero().as_vec3a();
-            let normals = description.normals.par_iter().with_min_len(MIN_PER_THREAD);
-            normals.map(turned).collect()
-        } else {
-            vec![]
+        let has_normals = has_shading_normals(description);
+        let has_uvs = !description.uvs.is_empty();
+        let normal_matrix = normal_matrix(&self.transform);
+        let vertex = |i: usize| {
+            let position = normalisation.point(self.position(i as u32));
+            let normal = match has_normals {
+                true => (normal_matrix * description.normals[i]).normalize_or_zero(),
+                false => DVec3::ZERO,
+            };
+            let uv = match has_uvs {
+                true => description.uvs[i].as_vec2(),
+                false => Vec2::ZERO,
+            };
+            MeshVertex::new(position, normal.as_vec3a(), uv)
         };
+        let numbers = (0..description.positions.len()).into_par_iter();
+        let vertices = numbers.with_min_len(MIN_PER_THREAD).map(vertex);
+        let vertices: Vec<MeshVertex> = vertices.collect();
         let has_area = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|i| positions[i as usize]);
+            let [a, b, c] = t.map(|i| vertices[i as usize].position());
             (b - a).cross(c - a).length_squared() >= f32::MIN_POSITIVE
         };
-        let mirrored = self.transform.matrix3.determinant() < 0.0;
-        let indices: Vec<[u32; 3]> = description
-            .indices
-            .par_iter()
-            .with_min_len(MIN_PER_THREAD)
-            .filter(|t| has_area(t))
+        let triangles = || description.indices.par_iter().with_min_len(MIN_PER_THREAD);
+        let mut indices: Vec<[u32; 3]> = if triangles().all(has_area) {
+            description.indices.clone()
+        } else {
+            triangles().copied().filter(has_area).collect()
+        };
+        if self.transform.matrix3.determinant() < 0.0 {
             // A mirroring transform reverses the winding: the outside stays outside.
-            .map(|&[a, b, c]| if mirrored { [a, c, b] } else { [a, b, c] })
-            .collect();
+            indices
+                .iter_mut()
+                .for_each(|[_, b, c]| std::mem::swap(b, c));
+        }
         let dropped = description.indices.len() - indices.len();
-        let uvs = description.uvs.iter().map(|uv| uv.as_vec2()).collect();
-        (Mesh::new(positions, normals, uvs, indices), dropped)
+        let mesh = Mesh::from_vertices(vertices, [has_normals, has_uvs], indices);
+        (mesh, dropped)
     }
 }
 
@@ -147,31 +154,42 @@ impl TransformedShape {
         })
     }
 
-    /// Returns the boxes of all primitives, without degenerate triangles, which do not indicate where the detail is.
-    pub fn boxes(&self) -> Vec<Bounds> {
+    /// The number of primitives.
+    pub fn primitive_count(&self) -> usize {
+        match self {
+            Self::Mesh(placed) | Self::Rectangle(placed, _) => placed.mesh.indices.len(),
+            Self::Sphere { .. } | Self::Disk { .. } => 1,
+        }
+    }
+
+    /// Returns the box of a primitive; that of a degenerate triangle is empty, as it does not indicate where the detail is.
+    #[inline]
+    pub fn primitive_bounds(&self, primitive: usize) -> Bounds {
         match self {
             Self::Mesh(placed) | Self::Rectangle(placed, _) => {
-                let around = |t: &[u32; 3]| {
-                    let [a, b, c] = t.map(|i| placed.position(i));
-                    let is_degenerate = (b - a).cross(c - a) == DVec3::ZERO;
-                    match is_degenerate {
-                        true => Bounds::default(),
-                        false => Bounds::around([a, b, c]),
-                    }
-                };
-                let triangles = placed.mesh.indices.par_iter().with_min_len(MIN_PER_THREAD);
-                let mut boxes: Vec<Bounds> = triangles.map(around).collect();
-                boxes.retain(|bounds| !bounds.is_empty());
-                boxes
+                let [a, b, c] = placed.mesh.indices[primitive].map(|i| placed.position(i));
+                let is_degenerate = (b - a).cross(c - a) == DVec3::ZERO;
+                match is_degenerate {
+                    true => Bounds::default(),
+                    false => Bounds::around([a, b, c]),
+                }
             }
             Self::Sphere { center, radius, .. } | Self::Disk { center, radius, .. } => {
                 let radius = DVec3::splat(*radius);
-                vec![Bounds {
+                Bounds {
                     min: *center - radius,
                     max: *center + radius,
-                }]
+                }
             }
         }
+    }
+
+    /// Returns the box of all primitives.
+    pub fn bounds(&self) -> Bounds {
+        let primitives = (0..self.primitive_count()).into_par_iter();
+        let boxes = primitives.with_min_len(MIN_PER_THREAD);
+        let boxes = boxes.map(|primitive| self.primitive_bounds(primitive));
+        boxes.reduce(Bounds::default, Bounds::union)
     }
 
     /// Converts the shape to normalised units.

@@ -12,7 +12,7 @@ use super::build_geometry::{build_geometry, instances};
 use super::caustic_targets::caustic_targets;
 use super::description::{CameraDescription, SceneDescription};
 use super::effects;
-use super::extent::{bounding_sphere, boxes, frame_of, scene_radius};
+use super::extent::{SceneBoxes, bounding_sphere, frame_of};
 use super::footprint;
 use super::keyframes;
 use super::material::Material;
@@ -53,13 +53,9 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
     let groups = groups
         .map(|shapes| place(shapes, description))
         .collect::<Result<Vec<_>>>()?;
-    let (normalisation, radius) = {
-        // The boxes take much memory, so that they are dropped before anything is built.
-        let boxes = boxes(&roots, &groups, &layout);
-        let normalisation = Normalisation::of(&boxes);
-        let radius = scene_radius(&boxes, &normalisation);
-        (normalisation, radius)
-    };
+    let boxes = SceneBoxes::new(&roots, &groups, &layout);
+    let normalisation = Normalisation::of(&boxes);
+    let radius = boxes.radius(&normalisation);
 
     let materials = description.materials.iter();
     let unit = normalisation.length(1.0);

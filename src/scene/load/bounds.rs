@@ -5,9 +5,11 @@
 //! Source: none needed. Tested in `tests/loading/mitsuba_shapes.rs` and `tests/loading/scene_files.rs`.
 
 use super::contents::SceneContents;
+use crate::geometry::mesh::MIN_PER_THREAD;
 use crate::math::bounds::Bounds;
 use crate::math::vec::{DAffine3, DVec3};
 use crate::scene::description::{GeometryDescription, ShapeDescription};
+use rayon::prelude::*;
 
 /// Returns the box around all shapes, by that of each; of an instance, around the corners of its group's box.
 pub fn of_all(contents: &SceneContents, of_shape: impl Fn(&ShapeDescription) -> Bounds) -> Bounds {
@@ -40,8 +42,11 @@ pub fn of_geometry(geometry: &GeometryDescription, transform: &DAffine3) -> Boun
     };
     match geometry {
         GeometryDescription::Mesh(mesh) => {
-            let used = mesh.indices.iter().flatten();
-            Bounds::around(used.map(|&i| place(mesh.positions[i as usize])))
+            let triangles = mesh.indices.par_iter().with_min_len(MIN_PER_THREAD);
+            let around = |triangle: &[u32; 3]| {
+                Bounds::around(triangle.map(|i| place(mesh.positions[i as usize])))
+            };
+            triangles.map(around).reduce(Bounds::default, Bounds::union)
         }
         GeometryDescription::Sphere { center, radius } => {
             let scale = transform.matrix3.x_axis.length();

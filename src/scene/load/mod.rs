@@ -38,7 +38,9 @@ pub use wording::unknown_name;
 use super::description::SceneDescription;
 use crate::error::{Error, Result};
 use crate::memory;
+use rayon::prelude::*;
 use std::fs::File;
+use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 
 /// The loader of a format.
@@ -156,8 +158,22 @@ fn read_text(path: &Path) -> Result<String> {
 fn read_bytes(path: &Path) -> Result<Vec<u8>> {
     let length = length_of(path)?;
     memory::check(length, || format!("{}", path.display()))?;
-    std::fs::read(path).map_err(|error| Error::io("cannot read", path, error))
+    let cannot_read = |error| Error::io("cannot read", path, error);
+    if length < 2 * READ_SIZE as u64 {
+        return std::fs::read(path).map_err(cannot_read);
+    }
+    // Threads share the time that the system takes to provide memory.
+    let file = File::open(path).map_err(cannot_read)?;
+    let mut bytes = vec![0; length as usize];
+    let parts = bytes.par_chunks_mut(READ_SIZE).enumerate();
+    parts
+        .try_for_each(|(part, bytes)| file.read_exact_at(bytes, (part * READ_SIZE) as u64))
+        .map_err(cannot_read)?;
+    Ok(bytes)
 }
+
+/// Bytes that a thread reads at a time.
+const READ_SIZE: usize = 1 << 20;
 
 /// Opens a file of which only parts are read, and returns its length in bytes, too.
 ///

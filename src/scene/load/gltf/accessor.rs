@@ -5,7 +5,7 @@
 //! Source: glTF 2.0, chapter 3.6.2. Tested in `tests/loading/gltf.rs`.
 
 use super::buffers::Asset;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use gltf::accessor::{Accessor, DataType};
 
 /// The elements of an accessor, each of `N` numbers.
@@ -240,19 +240,7 @@ fn normalised(number: f64, data_type: DataType) -> f64 {
     }
 }
 
-/// Checks that every number is finite in single precision.
-///
-/// # Errors
-/// The error of `wrong` with what was found.
-pub fn check_finite<const N: usize>(
-    numbers: [f64; N],
-    index: usize,
-    wrong: impl Fn(String) -> Error,
-) -> Result<()> {
-    if numbers.iter().all(|&x| (x as f32).is_finite()) {
-        return Ok(());
-    }
-    Err(wrong(format!(
-        "expected finite numbers, found {numbers:?} at element {index}"
-    )))
+/// Whether every number is finite in single precision.
+pub fn is_finite<const N: usize>(numbers: &[f64; N]) -> bool {
+    numbers.iter().all(|&x| (x as f32).is_finite())
 }

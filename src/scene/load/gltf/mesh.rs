@@ -5,15 +5,17 @@
 //! and all meshes together have at most [`EXPANSION`] times as many bytes as the file.
 //! Source: glTF 2.0, chapter 3.7.2. Tested in `tests/loading/gltf.rs`.
 
-use super::accessor::{Elements, check_finite};
+use super::accessor::{Elements, is_finite};
 use super::buffers::Asset;
 use crate::error::{Error, Result};
+use crate::geometry::mesh::MIN_PER_THREAD;
 use crate::math::rgb::Rgb;
 use crate::math::vec::{DVec2, DVec3};
 use crate::memory;
 use crate::scene::description::MeshDescription;
 use gltf::Semantic;
 use gltf::mesh::{Mode, Primitive};
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -155,7 +157,8 @@ impl Meshes {
         }
         self.take(asset, &field, 12 * indices.count())?;
         let found = triangles(mode, indices.count(), |i| indices.index(i));
-        let most = found.as_flattened().iter().copied().max();
+        let corners = found.as_flattened().par_iter();
+        let most = corners.with_min_len(MIN_PER_THREAD).copied().max();
         if let Some(most) = most.filter(|&most| most as usize >= count) {
             let message = format!("expected indices of {count} vertices, found {most}");
             return Err(asset.error(field, message));
@@ -184,23 +187,19 @@ impl PrimitiveAccessors<'_> {
         indices: Vec<[u32; 3]>,
         field: &str,
     ) -> Result<MeshDescription> {
-        let vectors = |elements: &Elements<'_, 3>, what: &str| {
-            used.map(|i| {
-                let numbers = elements.get(i);
-                check_finite(numbers, i, |message| {
-                    asset.error(field, format!("{what}: {message}"))
-                })?;
-                Ok(DVec3::from_array(numbers))
-            })
+        let wrong = |what: &'static str| {
+            move |message: String| asset.error(field, format!("{what}: {message}"))
+        };
+        let vectors = |elements: &Elements<'_, 3>, what: &'static str| {
+            let vectors = used.map(|i| elements.get(i), wrong(what))?;
+            Ok(vectors.into_iter().map(DVec3::from_array).collect())
         };
         let uvs = |elements: &Elements<'_, 2>| {
-            used.map(|i| {
-                let [u, v] = elements.get(i);
-                check_finite([u, v], i, |message| {
-                    asset.error(field, format!("TEXCOORD: {message}"))
-                })?;
-                Ok(DVec2::new(u, 1.0 - v))
-            })
+            let uvs = used.map(|i| elements.get(i), wrong("TEXCOORD"))?;
+            Ok(uvs
+                .into_iter()
+                .map(|[u, v]| DVec2::new(u, 1.0 - v))
+                .collect())
         };
         let normals = self.normals.as_ref().map(|it| vectors(it, "NORMAL"));
         Ok(MeshDescription {
@@ -213,7 +212,7 @@ impl PrimitiveAccessors<'_> {
 }
 
 /// The triangles of `count` vertices, given by their order in the file.
-fn triangles(mode: Mode, count: usize, vertex: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
+fn triangles(mode: Mode, count: usize, vertex: impl Fn(usize) -> u32 + Sync) -> Vec<[u32; 3]> {
     let corners = |[a, b, c]: [usize; 3]| [vertex(a), vertex(b), vertex(c)];
     let has_area = |[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
     match mode {
@@ -226,6 +225,8 @@ fn triangles(mode: Mode, count: usize, vertex: impl Fn(usize) -> u32) -> Vec<[u3
             .filter(has_area)
             .collect(),
         _ => (0..count / 3)
+            .into_par_iter()
+            .with_min_len(MIN_PER_THREAD)
             .map(|i| corners([3 * i, 3 * i + 1, 3 * i + 2]))
             .collect(),
     }
@@ -246,21 +247,30 @@ impl Used {
         }
     }
 
-    fn map<T>(&self, get: impl Fn(usize) -> Result<T>) -> Result<Vec<T>> {
-        let mut all = Vec::with_capacity(self.len());
-        match self {
-            Self::All(count) => {
-                for i in 0..*count {
-                    all.push(get(i)?);
-                }
-            }
-            Self::Some(vertices) => {
-                for &i in vertices {
-                    all.push(get(i as usize)?);
-                }
-            }
+    /// Returns the numbers of each vertex, which have to be finite in single precision.
+    ///
+    /// # Errors
+    /// That of `wrong` for the first vertex whose numbers are not.
+    fn map<const N: usize>(
+        &self,
+        numbers: impl Fn(usize) -> [f64; N] + Sync,
+        wrong: impl Fn(String) -> Error,
+    ) -> Result<Vec<[f64; N]>> {
+        let vertex = |place: usize| match self {
+            Self::All(_) => place,
+            Self::Some(vertices) => vertices[place] as usize,
+        };
+        let places = (0..self.len()).into_par_iter().with_min_len(MIN_PER_THREAD);
+        let all: Vec<[f64; N]> = places.map(|place| numbers(vertex(place))).collect();
+        let values = all.par_iter().with_min_len(MIN_PER_THREAD);
+        match values.position_first(|numbers| !is_finite(numbers)) {
+            None => Ok(all),
+            Some(place) => Err(wrong(format!(
+                "expected finite numbers, found {:?} at element {}",
+                all[place],
+                vertex(place)
+            ))),
         }
-        Ok(all)
     }
 }
 
@@ -311,23 +321,21 @@ fn colours_of(
     let wrong = |message: String| -> Error {
         asset.error(format!("accessors[{}]", accessor.index()), message)
     };
-    let read = |get: &dyn Fn(usize) -> [f64; 4]| {
-        used.map(|i| {
-            let colour = get(i);
-            check_finite(colour, i, wrong)?;
-            Ok(colour.map(|x| x.clamp(0.0, 1.0) as f32))
-        })
-    };
     let colours = if accessor.dimensions().multiplicity() == 3 {
         let elements = Elements::<3>::new(asset, accessor)?;
-        read(&|i| {
+        let opaque = |i| {
             let [r, g, b] = elements.get(i);
             [r, g, b, 1.0]
-        })?
+        };
+        used.map(opaque, wrong)?
     } else {
         let elements = Elements::<4>::new(asset, accessor)?;
-        read(&|i| elements.get(i))?
+        used.map(|i| elements.get(i), wrong)?
     };
+    let colours = colours.into_iter();
+    let colours: Vec<[f32; 4]> = colours
+        .map(|colour| colour.map(|x| x.clamp(0.0, 1.0) as f32))
+        .collect();
     let Some((&first, others)) = colours.split_first() else {
         return Ok(VertexColours::Same(Rgb::WHITE, 1.0));
     };

@@ -26,6 +26,12 @@ pub trait NumberReader {
         Ok((f64::from(index) == number).then_some(index))
     }
 
+    /// Returns the next `count` records of `size` bytes, without moving on; `None` if the body is not binary or too short.
+    fn records(&self, size: usize, count: usize) -> Option<Records<'_>>;
+
+    /// Moves on by this number of bytes of a binary body.
+    fn advance(&mut self, bytes: usize);
+
     /// Returns a complaint about the last number.
     fn wrong(&self, why: &str) -> Complaint;
 
@@ -55,6 +61,26 @@ pub trait NumberReader {
     }
 }
 
+/// Binary records of the same size, which can be read in any order.
+pub struct Records<'a> {
+    bytes: &'a [u8],
+    is_big: bool,
+    size: usize,
+    /// The number of records.
+    pub count: usize,
+}
+
+impl Records<'_> {
+    /// Returns a number of a record by its offset in bytes; NaN beyond the last record.
+    #[inline]
+    pub fn number(&self, record: usize, offset: usize, scalar: Scalar) -> f64 {
+        let bytes = self.bytes.get(record * self.size + offset..);
+        bytes
+            .and_then(|bytes| number(bytes, scalar, self.is_big))
+            .unwrap_or(f64::NAN)
+    }
+}
+
 /// The numbers of a binary body; `BIG` is its byte order.
 pub struct Binary<'a, const BIG: bool> {
     bytes: &'a [u8],
@@ -72,40 +98,60 @@ impl<'a, const BIG: bool> Binary<'a, BIG> {
             last: at,
         }
     }
-
-    #[inline]
-    fn take<const N: usize>(&mut self) -> Result<[u8; N], Complaint> {
-        self.last = self.at;
-        let Some(bytes) = self.bytes[self.at..].first_chunk::<N>() else {
-            return Err(self.wrong("the file ends before its last element"));
-        };
-        self.at += N;
-        let mut bytes = *bytes;
-        if BIG {
-            bytes.reverse();
-        }
-        Ok(bytes)
-    }
 }
 
 impl<const BIG: bool> NumberReader for Binary<'_, BIG> {
     #[inline]
     fn next(&mut self, scalar: Scalar) -> Result<f64, Complaint> {
-        Ok(match scalar {
-            Scalar::I8 => f64::from(i8::from_le_bytes(self.take()?)),
-            Scalar::U8 => f64::from(u8::from_le_bytes(self.take()?)),
-            Scalar::I16 => f64::from(i16::from_le_bytes(self.take()?)),
-            Scalar::U16 => f64::from(u16::from_le_bytes(self.take()?)),
-            Scalar::I32 => f64::from(i32::from_le_bytes(self.take()?)),
-            Scalar::U32 => f64::from(u32::from_le_bytes(self.take()?)),
-            Scalar::F32 => f64::from(f32::from_le_bytes(self.take()?)),
-            Scalar::F64 => f64::from_le_bytes(self.take()?),
+        self.last = self.at;
+        let number = number(&self.bytes[self.at..], scalar, BIG)
+            .ok_or_else(|| self.wrong("the file ends before its last element"))?;
+        self.at += scalar.size();
+        Ok(number)
+    }
+
+    fn records(&self, size: usize, count: usize) -> Option<Records<'_>> {
+        let end = self.at.checked_add(size.checked_mul(count)?)?;
+        let bytes = self.bytes.get(self.at..end)?;
+        Some(Records {
+            bytes,
+            is_big: BIG,
+            size,
+            count,
         })
+    }
+
+    fn advance(&mut self, bytes: usize) {
+        self.at += bytes;
     }
 
     fn wrong(&self, why: &str) -> Complaint {
         Complaint::at_byte(self.last, why)
     }
+}
+
+/// Returns the number at the start of some bytes, if they are enough.
+#[inline]
+fn number(bytes: &[u8], scalar: Scalar, is_big: bool) -> Option<f64> {
+    Some(match scalar {
+        Scalar::I8 => f64::from(i8::from_le_bytes(little_endian(bytes, is_big)?)),
+        Scalar::U8 => f64::from(u8::from_le_bytes(little_endian(bytes, is_big)?)),
+        Scalar::I16 => f64::from(i16::from_le_bytes(little_endian(bytes, is_big)?)),
+        Scalar::U16 => f64::from(u16::from_le_bytes(little_endian(bytes, is_big)?)),
+        Scalar::I32 => f64::from(i32::from_le_bytes(little_endian(bytes, is_big)?)),
+        Scalar::U32 => f64::from(u32::from_le_bytes(little_endian(bytes, is_big)?)),
+        Scalar::F32 => f64::from(f32::from_le_bytes(little_endian(bytes, is_big)?)),
+        Scalar::F64 => f64::from_le_bytes(little_endian(bytes, is_big)?),
+    })
+}
+
+#[inline]
+fn little_endian<const N: usize>(bytes: &[u8], is_big: bool) -> Option<[u8; N]> {
+    let mut bytes = *bytes.first_chunk()?;
+    if is_big {
+        bytes.reverse();
+    }
+    Some(bytes)
 }
 
 /// The numbers of an ascii body, separated by white space.
@@ -146,6 +192,14 @@ impl NumberReader for Ascii<'_> {
             let word = String::from_utf8_lossy(word);
             self.wrong(&format!("expected a number, found {}", shown(&word)))
         })
+    }
+
+    fn records(&self, _: usize, _: usize) -> Option<Records<'_>> {
+        None
+    }
+
+    fn advance(&mut self, bytes: usize) {
+        self.at += bytes;
     }
 
     fn wrong(&self, why: &str) -> Complaint {

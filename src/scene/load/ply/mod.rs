@@ -8,6 +8,7 @@
 mod body;
 mod complaint;
 mod header;
+mod records;
 
 use super::polygon::{Fans, note_on_uncovered};
 use super::wording::shown;
@@ -20,6 +21,7 @@ use crate::scene::description::{MeshDescription, Note, NoteKind, Place};
 use body::{Ascii, Binary, NumberReader};
 use complaint::Complaint;
 use header::{BodyEncoding, Element, PlyHeader, Scalar};
+use rayon::prelude::*;
 use std::path::Path;
 
 /// The contents of a PLY file.
@@ -227,8 +229,11 @@ fn read_vertices(
     }
     let has = |range: std::ops::Range<usize>| found[range].iter().all(Option::is_some);
     let count = element.count;
-    let reserved = |has: bool| if has { count } else { 0 };
     let (normals, uvs, colours) = (has(3..6), has(6..8), has(8..11));
+    if vertices_of_records(element, &columns, [normals, uvs, colours], numbers, body).is_some() {
+        return Ok(());
+    }
+    let reserved = |has: bool| if has { count } else { 0 };
     body.mesh.positions.reserve_exact(count);
     body.mesh.normals.reserve_exact(reserved(normals));
     body.mesh.uvs.reserve_exact(reserved(uvs));
@@ -267,6 +272,52 @@ fn read_vertices(
     Ok(())
 }
 
+/// Reads binary vertices on all threads; `None` if they have to be read in order. `columns` has the column of each property, and
+/// `has` whether the vertices have normals, texture coordinates and colours.
+fn vertices_of_records(
+    element: &Element,
+    columns: &[Option<usize>],
+    has: [bool; 3],
+    numbers: &mut impl NumberReader,
+    body: &mut Body,
+) -> Option<()> {
+    let [normals, uvs, colours] = has.map(usize::from);
+    // Columns that are not used are checked, too, which is done in order.
+    if columns.iter().flatten().count() != 3 + 3 * normals + 2 * uvs + 3 * colours {
+        return None;
+    }
+    let (fields, size) = records::fields(element)?;
+    let records = numbers.records(size, element.count)?;
+    let field = |column: usize| {
+        let property = columns.iter().position(|of| *of == Some(column))?;
+        Some(fields[property])
+    };
+    let triples = |first: usize| {
+        let fields = [field(first)?, field(first + 1)?, field(first + 2)?];
+        records::triples(&records, fields)
+    };
+    let positions = triples(0)?;
+    let normals = if has[0] { triples(3)? } else { vec![] };
+    let uvs = match has[1] {
+        true => records::pairs(&records, [field(6)?, field(7)?])?,
+        false => vec![],
+    };
+    let colours: Vec<Rgb> = if has[2] {
+        let scalars = [field(8)?, field(9)?, field(10)?].map(|(_, scalar)| scalar);
+        let channel = |values: DVec3, i: usize| linear(values[i], scalars[i]);
+        let colour = |values: DVec3| Rgb::from([0, 1, 2].map(|i| channel(values, i)));
+        triples(8)?.into_par_iter().map(colour).collect()
+    } else {
+        vec![]
+    };
+    numbers.advance(size * element.count);
+    body.mesh.positions = positions;
+    body.mesh.normals = normals;
+    body.mesh.uvs = uvs;
+    body.colours = colours;
+    Some(())
+}
+
 /// Returns the linear value, in [0, 1], of a channel.
 fn linear(value: f64, scalar: Scalar) -> f32 {
     let share = (value / scalar.full()).clamp(0.0, 1.0);
@@ -290,6 +341,10 @@ fn read_faces(
         let why = "expected a list `vertex_indices` of the faces";
         return Err(Complaint::at_line(element.line, why));
     };
+    if let Some(triangles) = records::triangles(element, list, vertices, numbers) {
+        body.mesh.indices = triangles;
+        return Ok(());
+    }
     body.mesh.indices.reserve(element.count);
     for _ in 0..element.count {
         for (index, property) in element.properties.iter().enumerate() {

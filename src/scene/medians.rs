@@ -128,9 +128,9 @@ mod tests {
 
         fn fold<T: Send>(
             &self,
-            new: impl Fn() -> T + Sync + Send,
-            add: impl Fn(T, &Bounds) -> T + Sync + Send,
-            merge: impl Fn(T, T) -> T + Sync + Send,
+            new: impl Fn() -> T + Sync,
+            add: impl Fn(&mut T, &Bounds) + Sync,
+            merge: impl Fn(&mut T, T),
         ) -> T {
             let mut all = new();
             for half in self.chunks(self.len().div_ceil(2).max(1)) {

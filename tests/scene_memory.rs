@@ -195,8 +195,8 @@ fn predicted_scene_memory_bounds_the_peak_within_a_factor_of_4() {
                 threads: 2,
             };
             for (name, scene) in scenes() {
-                let told =
-                    footprint::of_scene(&scene, &layout(&scene).expect("no cycle of groups"));
+                let layout = layout(&scene).expect("no cycle of groups");
+                let told = footprint::of_scene(&scene, &layout, backend);
                 let before = MEMORY.current_usage();
                 MEMORY.reset_peak_usage();
                 let prepared = prepare(&scene, options).expect("valid");

@@ -2,21 +2,24 @@
 //!
 //! Measure: bytes, at the peak, in addition to the description.
 //! Range: any scene. The estimate is from one to four times the actual peak; a small scene is never refused.
-//! Source: measured over all backends, precisions and qualities: a triangle takes up to 372 bytes, or 484 if it shares
-//! no vertices, with obvhs and eight children per node, and 187 and 200 with Embree. Tested in `tests/scene_memory.rs`.
+//! Source: measured over all backends, precisions and qualities: a triangle takes up to 372 bytes, or 452 if it shares
+//! no vertices, with obvhs and eight children per node, and 102 and 169 with Embree, without what Embree's build takes for a while.
+//! Tested in `tests/scene_memory.rs`.
 
 use super::description::{
     ColourDescription, GeometryDescription, LightModel, SceneDescription, ShapeDescription,
 };
 use super::placement::SceneLayout;
+use crate::accel::Backend;
 use crate::error::Result;
 use crate::geometry::texture::Texture;
 use crate::memory;
 
-/// A triangle: its box, its copy in single precision, and its part of the acceleration structure during the build.
+/// A triangle: its indices, and its part of the acceleration structure during the build, by obvhs and by Embree.
 const TRIANGLE: u64 = 480;
+const TRIANGLE_OF_EMBREE: u64 = 320;
 
-/// A vertex: its attributes in single precision, first in lists of their own.
+/// A vertex: its attributes in single precision, and what Embree takes for each.
 const VERTEX: u64 = 80;
 
 /// A light: an emitting triangle or a whole emitting shape; and its position at each motion step.
@@ -38,24 +41,33 @@ const TEXEL: u64 = 20;
 ///
 /// # Errors
 /// If there is not.
-pub fn check(description: &SceneDescription, layout: &SceneLayout) -> Result<()> {
-    memory::check(of_scene(description, layout), || "the scene".to_owned())
+pub fn check(description: &SceneDescription, layout: &SceneLayout, backend: Backend) -> Result<()> {
+    let bytes = of_scene(description, layout, backend);
+    memory::check(bytes, || "the scene".to_owned())
 }
 
-/// Returns the estimate for a mesh that does not emit.
+/// Returns the estimate for a mesh that does not emit, with the backend that takes the most.
 pub fn mesh_build_memory(vertices: usize, triangles: usize) -> u64 {
-    let [vertices, triangles] = [(vertices, VERTEX), (triangles, TRIANGLE)]
+    of_mesh(vertices, triangles, TRIANGLE)
+}
+
+fn of_mesh(vertices: usize, triangles: usize, of_triangle: u64) -> u64 {
+    let [vertices, triangles] = [(vertices, VERTEX), (triangles, of_triangle)]
         .map(|(count, each)| (count as u64).saturating_mul(each));
     SHAPE.saturating_add(vertices).saturating_add(triangles)
 }
 
 /// Returns the estimate for a whole scene.
-pub fn of_scene(description: &SceneDescription, layout: &SceneLayout) -> u64 {
+pub fn of_scene(description: &SceneDescription, layout: &SceneLayout, backend: Backend) -> u64 {
+    let of_triangle = match backend.is_embree() {
+        true => TRIANGLE_OF_EMBREE,
+        false => TRIANGLE,
+    };
     let shapes_of = |indices: &[usize]| {
         let shapes = indices.iter().map(|&index| &description.shapes[index]);
         shapes.fold(Sum::default(), |sum, shape| Sum {
             shapes: sum.shapes + 1,
-            made: sum.made.saturating_add(of_shape(shape)),
+            made: sum.made.saturating_add(of_shape(shape, of_triangle)),
             lights: sum.lights.saturating_add(lights_of(shape)),
         })
     };
@@ -84,13 +96,13 @@ struct Sum {
     lights: u64,
 }
 
-fn of_shape(shape: &ShapeDescription) -> u64 {
+fn of_shape(shape: &ShapeDescription, of_triangle: u64) -> u64 {
     match &shape.geometry {
         GeometryDescription::Mesh(mesh) => {
-            mesh_build_memory(mesh.positions.len(), mesh.indices.len())
+            of_mesh(mesh.positions.len(), mesh.indices.len(), of_triangle)
         }
-        GeometryDescription::Box { .. } => mesh_build_memory(24, 12),
-        GeometryDescription::Rectangle { .. } => mesh_build_memory(4, 2),
+        GeometryDescription::Box { .. } => of_mesh(24, 12, of_triangle),
+        GeometryDescription::Rectangle { .. } => of_mesh(4, 2, of_triangle),
         GeometryDescription::Sphere { .. } | GeometryDescription::Disk { .. } => SHAPE,
     }
 }

@@ -47,7 +47,7 @@ pub struct Prepared {
 /// backend.
 pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<Prepared> {
     let layout = layout(description)?;
-    footprint::check(description, &layout)?;
+    footprint::check(description, &layout, options.backend)?;
     let roots = place(&layout.shapes, description)?;
     let groups = layout.groups.iter();
     let groups = groups

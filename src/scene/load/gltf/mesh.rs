@@ -18,6 +18,7 @@ use gltf::mesh::{Mode, Primitive};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Bytes of meshes for each byte of the file, at most. Small integers become numbers of 8 bytes, and each index of a
 /// strip a triangle of 12 bytes; what is more refers to its data again and again.
@@ -284,15 +285,17 @@ fn compact(mut triangles: Vec<[u32; 3]>, count: usize) -> (Used, Vec<[u32; 3]>) 
         sorted.dedup();
         sorted
     } else {
-        let mut is_used = vec![false; count];
-        for &corner in corners {
-            is_used[corner as usize] = true;
-        }
-        if is_used.iter().all(|&used| used) {
+        let mut is_used = Vec::with_capacity(count);
+        is_used.resize_with(count, AtomicBool::default);
+        let corners = corners.par_iter().with_min_len(MIN_PER_THREAD);
+        corners.for_each(|corner| is_used[*corner as usize].store(true, Ordering::Relaxed));
+        let all = is_used.par_iter().with_min_len(MIN_PER_THREAD);
+        if all.all(|is_used| is_used.load(Ordering::Relaxed)) {
             return (Used::All(count), triangles);
         }
-        let indices = (0..count as u32).zip(is_used);
-        indices.filter(|&(_, used)| used).map(|(i, _)| i).collect()
+        let vertices = (0..count as u32).zip(is_used);
+        let used = vertices.filter(|(_, is_used)| is_used.load(Ordering::Relaxed));
+        used.map(|(vertex, _)| vertex).collect()
     };
     used.shrink_to_fit();
     if used.len() * 4 < count {

@@ -67,7 +67,7 @@ impl PrimitiveBoxes for SceneBoxes<'_> {
     }
 
     fn sample(&self, every: usize) -> Vec<Bounds> {
-        let of_shape = |shape: &'_ TransformedShape| {
+        let of_shape = |shape: &TransformedShape| {
             let primitives = (0..shape.primitive_count()).step_by(every);
             let boxes = primitives.map(|primitive| shape.primitive_bounds(primitive));
             boxes.collect::<Vec<_>>()

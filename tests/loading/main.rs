@@ -23,6 +23,7 @@ mod own_scenes;
 mod pbrt;
 mod pictures;
 mod ply;
+mod ply_records;
 mod saving;
 mod scene_files;
 mod shared_meshes;

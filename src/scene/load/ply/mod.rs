@@ -294,18 +294,23 @@ fn vertices_of_records(
     };
     let triples = |first: usize| {
         let fields = [field(first)?, field(first + 1)?, field(first + 2)?];
-        records::triples(&records, fields)
+        records::numbers(&records, fields)
     };
-    let positions = triples(0)?;
-    let normals = if has[0] { triples(3)? } else { vec![] };
+    let vectors = |triples: Vec<[f64; 3]>| triples.into_iter().map(DVec3::from_array).collect();
+    let positions = vectors(triples(0)?);
+    let normals = if has[0] { vectors(triples(3)?) } else { vec![] };
     let uvs = match has[1] {
-        true => records::pairs(&records, [field(6)?, field(7)?])?,
+        true => {
+            let pairs = records::numbers(&records, [field(6)?, field(7)?])?;
+            pairs.into_iter().map(DVec2::from_array).collect()
+        }
         false => vec![],
     };
     let colours: Vec<Rgb> = if has[2] {
         let scalars = [field(8)?, field(9)?, field(10)?].map(|(_, scalar)| scalar);
-        let channel = |values: DVec3, i: usize| linear(values[i], scalars[i]);
-        let colour = |values: DVec3| Rgb::from([0, 1, 2].map(|i| channel(values, i)));
+        let colour = |values: [f64; 3]| {
+            Rgb::from([0, 1, 2].map(|channel| linear(values[channel], scalars[channel])))
+        };
         triples(8)?.into_par_iter().map(colour).collect()
     } else {
         vec![]

@@ -2,12 +2,11 @@
 //!
 //! Measure: as in the file; indices count from 0.
 //! Range: any bytes; `None` where they are not as expected. The records are then read in order, which finds the first error.
-//! Source: Turk, "The PLY Polygon File Format" (1994). Tested in `tests/loading/ply.rs`.
+//! Source: Turk, "The PLY Polygon File Format" (1994). Tested in `tests/loading/ply_records.rs`.
 
 use super::body::{NumberReader, Records};
 use super::header::{Element, Scalar};
 use crate::geometry::mesh::MIN_PER_THREAD;
-use crate::math::vec::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// A number of each vertex: its offset in the record, and its type.
@@ -27,28 +26,13 @@ pub fn fields(element: &Element) -> Option<(Vec<Field>, usize)> {
     Some((fields, size))
 }
 
-/// Returns three numbers of each vertex.
-pub fn triples(records: &Records, fields: [Field; 3]) -> Option<Vec<DVec3>> {
-    let triple = |record| {
-        let [x, y, z] = fields.map(|(offset, scalar)| records.number(record, offset, scalar));
-        DVec3::new(x, y, z)
-    };
-    let triples: Vec<DVec3> = each(records).map(triple).collect();
-    let values = triples.par_iter().with_min_len(MIN_PER_THREAD);
-    let is_finite = values.all(|triple| triple.as_vec3().is_finite());
-    is_finite.then_some(triples)
-}
-
-/// Returns two numbers of each vertex.
-pub fn pairs(records: &Records, fields: [Field; 2]) -> Option<Vec<DVec2>> {
-    let pair = |record| {
-        let [x, y] = fields.map(|(offset, scalar)| records.number(record, offset, scalar));
-        DVec2::new(x, y)
-    };
-    let pairs: Vec<DVec2> = each(records).map(pair).collect();
-    let values = pairs.par_iter().with_min_len(MIN_PER_THREAD);
-    let is_finite = values.all(|pair| pair.as_vec2().is_finite());
-    is_finite.then_some(pairs)
+/// Returns some numbers of each vertex; `None` if one is not finite in single precision.
+pub fn numbers<const N: usize>(records: &Records, fields: [Field; N]) -> Option<Vec<[f64; N]>> {
+    let of_vertex = |record| fields.map(|(offset, scalar)| records.number(record, offset, scalar));
+    let all: Vec<[f64; N]> = each(records).map(of_vertex).collect();
+    let values = all.par_iter().with_min_len(MIN_PER_THREAD);
+    let is_finite = values.all(|numbers| numbers.iter().all(|x| (*x as f32).is_finite()));
+    is_finite.then_some(all)
 }
 
 /// Reads the faces, of which property `list` holds the indices of their corners, if all are triangles.

@@ -48,16 +48,6 @@ impl<'a> SceneBoxes<'a> {
             instances: of_instances.collect(),
         }
     }
-
-    /// Returns half the diagonal of the bounding box of everything, in normalised units.
-    pub fn radius(&self, normalisation: &Normalisation) -> f64 {
-        let add = |all: &mut Bounds, bounds: &Bounds| *all = all.union(*bounds);
-        let whole = self.fold(Bounds::default, add, |all, part| *all = all.union(part));
-        if whole.is_empty() {
-            return 1.0;
-        }
-        f64::from(normalisation.length(0.5 * whole.extent().length()))
-    }
 }
 
 impl PrimitiveBoxes for SceneBoxes<'_> {
@@ -139,10 +129,19 @@ pub fn bounding_sphere(world: &World) -> BoundingSphere {
     }
 }
 
+/// Returns half the diagonal of the box around everything, in normalised units; 1 if it is empty.
+pub fn radius(whole: &Bounds, normalisation: &Normalisation) -> f64 {
+    if whole.is_empty() {
+        return 1.0;
+    }
+    f64::from(normalisation.length(0.5 * whole.extent().length()))
+}
+
 /// Returns the normalisation of a group.
 pub fn frame_of(group: &[TransformedShape]) -> Normalisation {
-    Normalisation::of(&SceneBoxes {
+    let boxes = SceneBoxes {
         shapes: group,
         instances: vec![],
-    })
+    };
+    Normalisation::of(&boxes).0
 }

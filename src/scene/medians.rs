@@ -26,11 +26,11 @@ pub trait PrimitiveBoxes: Sync {
 /// The number of primitives up to which all are compared.
 const SAMPLE_SIZE: usize = 1 << 14;
 
-/// Returns the lower medians of some numbers of each box; `None` if there is no box.
+/// Returns the lower medians of some numbers of each box, and the box around all; `None` if there is no box.
 pub fn medians<const N: usize>(
     boxes: &impl PrimitiveBoxes,
     numbers: impl Fn(&Bounds) -> [f64; N] + Sync + Send,
-) -> Option<[f64; N]> {
+) -> Option<([f64; N], Bounds)> {
     let every = (boxes.count() / SAMPLE_SIZE).max(1);
     let sample = boxes.sample(every);
     let columns = std::array::from_fn(|column| {
@@ -40,7 +40,9 @@ pub fn medians<const N: usize>(
     });
     if every == 1 {
         let middle = sample.len().checked_sub(1)? / 2;
-        return Some(columns.map(|values: Vec<f64>| values[middle]));
+        let medians = columns.map(|values: Vec<f64>| values[middle]);
+        let whole = sample.into_iter().fold(Bounds::default(), Bounds::union);
+        return Some((medians, whole));
     }
     // Six standard deviations of the rank of the median.
     let margin = 3 * (sample.len().isqrt() + 1);
@@ -59,47 +61,57 @@ pub fn medians<const N: usize>(
     })
 }
 
-/// For each column the number of values below a range, and the values within it.
+/// For a column of numbers, how many are below a range, and those within it.
 struct Column {
     below: usize,
     within: Vec<f64>,
 }
 
-/// Returns the medians, if each is within its range.
+/// What is found of some boxes: their number, the box around them, and their columns of numbers.
+struct Found<const N: usize> {
+    count: usize,
+    whole: Bounds,
+    columns: [Column; N],
+}
+
+/// Returns the medians, if each is within its range, and the box around all.
 fn within<const N: usize>(
     boxes: &impl PrimitiveBoxes,
     numbers: &(impl Fn(&Bounds) -> [f64; N] + Sync + Send),
     ranges: [[f64; 2]; N],
-) -> Option<[f64; N]> {
-    let new = || {
-        let column = |_| Column {
+) -> Option<([f64; N], Bounds)> {
+    let new = || Found {
+        count: 0,
+        whole: Bounds::default(),
+        columns: std::array::from_fn(|_| Column {
             below: 0,
             within: Vec::new(),
-        };
-        (0, std::array::from_fn(column))
+        }),
     };
-    let add = |(count, columns): &mut (usize, [Column; N]), bounds: &Bounds| {
+    let add = |found: &mut Found<N>, bounds: &Bounds| {
         let values = numbers(bounds);
-        for ((column, value), [low, high]) in columns.iter_mut().zip(values).zip(ranges) {
+        for ((column, value), [low, high]) in found.columns.iter_mut().zip(values).zip(ranges) {
             if value < low {
                 column.below += 1;
             } else if value <= high {
                 column.within.push(value);
             }
         }
-        *count += 1;
+        found.count += 1;
+        found.whole = found.whole.union(*bounds);
     };
-    let merge = |(count, columns): &mut (usize, [Column; N]), (more, others): (_, [Column; N])| {
-        for (column, other) in columns.iter_mut().zip(others) {
+    let merge = |found: &mut Found<N>, more: Found<N>| {
+        for (column, other) in found.columns.iter_mut().zip(more.columns) {
             column.below += other.below;
             column.within.extend(other.within);
         }
-        *count += more;
+        found.count += more.count;
+        found.whole = found.whole.union(more.whole);
     };
-    let (count, columns) = boxes.fold(new, add, merge);
-    let middle = count.checked_sub(1)? / 2;
+    let found = boxes.fold(new, add, merge);
+    let middle = found.count.checked_sub(1)? / 2;
     let mut medians = [0.0; N];
-    for (median, mut column) in medians.iter_mut().zip(columns) {
+    for (median, mut column) in medians.iter_mut().zip(found.columns) {
         let place = middle.checked_sub(column.below)?;
         if place >= column.within.len() {
             return None;
@@ -109,7 +121,7 @@ fn within<const N: usize>(
             .select_nth_unstable_by(place, f64::total_cmp)
             .1;
     }
-    Some(medians)
+    Some((medians, found.whole))
 }
 
 #[cfg(test)]
@@ -163,7 +175,8 @@ mod tests {
                 values.sort_unstable_by(f64::total_cmp);
                 values[(count - 1) / 2]
             };
-            let expected = (count > 0).then(|| [0, 1, 2].map(sorted));
+            let whole = boxes.iter().copied().fold(Bounds::default(), Bounds::union);
+            let expected = (count > 0).then(|| ([0, 1, 2].map(sorted), whole));
             assert_eq!(found, expected, "{count}");
         }
     }

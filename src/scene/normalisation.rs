@@ -22,19 +22,20 @@ pub struct Normalisation {
 }
 
 impl Normalisation {
-    /// Computes the map for primitives with these boxes, in world units.
-    pub fn of(boxes: &impl PrimitiveBoxes) -> Self {
+    /// Computes the map for primitives with these boxes, in world units, and returns also the box around all, which is empty
+    /// without primitives.
+    pub fn of(boxes: &impl PrimitiveBoxes) -> (Self, Bounds) {
         let centre = medians(boxes, |b| b.centre().to_array());
-        let centre = DVec3::from_array(centre.unwrap_or_default());
+        let (centre, whole) = centre.unwrap_or_default();
+        let centre = DVec3::from_array(centre);
         let reach = |b: &Bounds| {
             let farthest = (b.max - centre).abs().max((b.min - centre).abs());
             [farthest.max_element()]
         };
-        let unit = medians(boxes, reach).map_or(1.0, |[reach]| power_of_two_above(reach));
-        Self {
-            centre,
-            scale: 1.0 / unit,
-        }
+        let reach = medians(boxes, reach);
+        let unit = reach.map_or(1.0, |([reach], _)| power_of_two_above(reach));
+        let scale = 1.0 / unit;
+        (Self { centre, scale }, whole)
     }
 
     /// Maps a point, rounding to single precision last.
@@ -99,11 +100,11 @@ mod tests {
     #[test]
     fn normalised_points_are_invariant_to_power_of_two_scaling() {
         let p = DVec3::new(0.3, -7.0, 1e-3);
-        let reference = Normalisation::of(&scene(1.0, 0.0)).point(p);
+        let reference = Normalisation::of(&scene(1.0, 0.0)).0.point(p);
         for k in -40..=40 {
             let scale = 2.0_f64.powi(k);
             assert_eq!(
-                Normalisation::of(&scene(scale, 0.0)).point(p * scale),
+                Normalisation::of(&scene(scale, 0.0)).0.point(p * scale),
                 reference
             );
         }
@@ -112,20 +113,22 @@ mod tests {
     #[test]
     fn scene_far_from_the_origin_keeps_its_precision() {
         let p = DVec3::new(0.25, -7.0, 0.5);
-        let near = Normalisation::of(&scene(1.0, 0.0)).point(p);
-        let far = Normalisation::of(&scene(1.0, 1e7)).point(p + DVec3::splat(1e7));
+        let near = Normalisation::of(&scene(1.0, 0.0)).0.point(p);
+        let far = Normalisation::of(&scene(1.0, 1e7))
+            .0
+            .point(p + DVec3::splat(1e7));
         assert!((near - far).abs().max_element() < 1e-7);
     }
 
     #[test]
     fn distant_outlier_does_not_change_the_normalisation() {
         let mut boxes = scene(1.0, 0.0);
-        let before = Normalisation::of(&boxes);
+        let before = Normalisation::of(&boxes).0;
         boxes.push(Bounds {
             min: DVec3::splat(1e10),
             max: DVec3::splat(2e10),
         });
-        assert_eq!(Normalisation::of(&boxes), before);
+        assert_eq!(Normalisation::of(&boxes).0, before);
         let p = before.point(DVec3::ONE);
         assert!((before.world_point(p) - DVec3::ONE).length() < 1e-6);
     }

@@ -83,7 +83,8 @@ impl PlacedMesh {
         };
         let triangles = || description.indices.par_iter().with_min_len(MIN_PER_THREAD);
         let mut indices: Vec<[u32; 3]> = if triangles().all(has_area) {
-            description.indices.clone()
+            // Copied by all threads.
+            triangles().copied().collect()
         } else {
             triangles().copied().filter(has_area).collect()
         };

@@ -12,7 +12,7 @@ use super::build_geometry::{build_geometry, instances};
 use super::caustic_targets::caustic_targets;
 use super::description::{CameraDescription, SceneDescription};
 use super::effects;
-use super::extent::{SceneBoxes, bounding_sphere, frame_of};
+use super::extent::{self, SceneBoxes, bounding_sphere, frame_of};
 use super::footprint;
 use super::keyframes;
 use super::material::Material;
@@ -54,8 +54,8 @@ pub fn prepare(description: &SceneDescription, options: AccelOptions) -> Result<
         .map(|shapes| place(shapes, description))
         .collect::<Result<Vec<_>>>()?;
     let boxes = SceneBoxes::new(&roots, &groups, &layout);
-    let normalisation = Normalisation::of(&boxes);
-    let radius = boxes.radius(&normalisation);
+    let (normalisation, whole) = Normalisation::of(&boxes);
+    let radius = extent::radius(&whole, &normalisation);
 
     let materials = description.materials.iter();
     let unit = normalisation.length(1.0);

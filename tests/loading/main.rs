@@ -18,6 +18,7 @@ mod mitsuba_shapes;
 mod mitsuba_spectra;
 mod models;
 mod notes;
+mod obj_by_tobj;
 mod odd_models;
 mod own_scenes;
 mod pbrt;

@@ -34,7 +34,7 @@ fn chunk_end(text: &str, size: usize) -> Option<usize> {
 
 /// Returns the lines without comments, with their numbers, which begin at `first`; a line that ends in a backslash is joined with the next.
 pub fn logical_lines(text: &str, first: usize) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
-    let mut lines = (first..).zip(text.lines());
+    let mut lines = (first..).zip(lines(text));
     std::iter::from_fn(move || {
         let (number, first) = lines
             .by_ref()
@@ -53,6 +53,17 @@ pub fn logical_lines(text: &str, first: usize) -> impl Iterator<Item = (usize, C
             whole.push_str(part);
         }
         Some((number, Cow::Owned(whole)))
+    })
+}
+
+/// Returns the lines of a text, those of other systems with their carriage return; the last one may be empty.
+fn lines(text: &str) -> impl Iterator<Item = &str> {
+    let mut start = 0;
+    let ends = memchr::memchr_iter(b'\n', text.as_bytes());
+    ends.chain([text.len()]).map(move |end| {
+        let line = &text[start..end];
+        start = end + 1;
+        line
     })
 }
 

@@ -3,23 +3,23 @@
 //! Measure: the file's own units, in double precision; v of texture coordinates points up.
 //! Range: a file with at least one face; polygons are cut into triangles. Faces without a material have the colours of their
 //! vertices, if these have any.
-//! Source: the OBJ format, through tobj. Tested in `tests/loading/scene_files.rs`, `tests/loading/odd_models.rs` and
+//! Source: the OBJ format. Tested in `tests/loading/scene_files.rs`, `tests/loading/odd_models.rs` and
 //! `cli/tests/command/bad_input.rs`.
 
 mod chunks;
 mod lines;
-mod text;
+mod model;
+mod vertices;
 
-use self::text::{Batch, ObjText};
+use self::model::{ObjModel, PartMesh};
 use super::contents::SceneContents;
 use super::mtl;
-use super::polygon::{Fans, note_on_uncovered};
+use super::polygon::note_on_uncovered;
 use super::wording::{LineError, shown, unknown_name};
 use super::{beside, read_any_text, vertex_colours};
 use crate::error::{Error, Result};
 use crate::image::srgb;
 use crate::math::rgb::Rgb;
-use crate::math::vec::{DVec2, DVec3};
 use crate::scene::description::{
     ColourDescription, GeometryDescription, MeshDescription, Note, NoteKind, Place,
     ShapeDescription,
@@ -41,8 +41,7 @@ pub fn load(
     material: Option<usize>,
     contents: &mut SceneContents,
 ) -> Result<Vec<ShapeDescription>> {
-    let text = read_any_text(path)?;
-    let obj = lines::read(&text, false).map_err(at(path))?;
+    let obj = parse(path, false)?;
     shapes(path, &obj, material, contents)
 }
 
@@ -51,8 +50,7 @@ pub fn load(
 /// # Errors
 /// As [`load`].
 pub fn load_whole(path: &Path, contents: &mut SceneContents) -> Result<Vec<MeshDescription>> {
-    let text = read_any_text(path)?;
-    let obj = lines::read(&text, true).map_err(at(path))?;
+    let obj = parse(path, true)?;
     // Any material, as none is returned.
     let shapes = shapes(path, &obj, Some(0), contents)?;
     let meshes = shapes.into_iter().filter_map(|shape| match shape.geometry {
@@ -62,9 +60,15 @@ pub fn load_whole(path: &Path, contents: &mut SceneContents) -> Result<Vec<MeshD
     Ok(meshes.collect())
 }
 
+/// Parses a file, without its groups and materials if `is_whole`.
+fn parse(path: &Path, is_whole: bool) -> Result<ObjModel> {
+    let text = read_any_text(path)?;
+    lines::read(&text, is_whole).map_err(at(path))
+}
+
 fn shapes(
     path: &Path,
-    obj: &ObjText,
+    obj: &ObjModel,
     material: Option<usize>,
     contents: &mut SceneContents,
 ) -> Result<Vec<ShapeDescription>> {
@@ -96,23 +100,26 @@ fn shapes(
         }
     };
     // Images of materials take as long as meshes.
-    let (surfaces, meshes) = rayon::join(surfaces, || meshes(obj, has_colours));
+    let meshes = || -> Vec<PartMesh> {
+        let parts = obj.parts.par_iter();
+        parts.map(|part| obj.mesh(part, has_colours)).collect()
+    };
+    let (surfaces, meshes) = rayon::join(surfaces, meshes);
     let surfaces = surfaces?;
-    let meshes =
-        meshes.map_err(|error| Error::scene(format!("expected a model: {error}")).in_file(path))?;
     let unnamed = path.file_stem().unwrap_or_default().to_string_lossy();
     let mut shapes = Vec::with_capacity(meshes.len());
     let mut uncovered = 0;
-    for (part, (mut mesh, more, colours)) in obj.parts.iter().zip(meshes) {
+    for (part, parsed) in obj.parts.iter().zip(meshes) {
         let group = part.group.map(|group| obj.groups[group].as_str());
         let name = group.filter(|name| !name.is_empty()).unwrap_or(&unnamed);
         let place = Place::on_line(path, part.line);
-        uncovered += more;
+        uncovered += parsed.uncovered;
+        let mut mesh = parsed.mesh;
         let (material, emission) = match (part.material, material) {
             (Some(name), _) => surfaces[name].clone(),
             (None, Some(index)) => (index, None),
             (None, None) if has_colours => {
-                let colours = linear(&colours);
+                let colours = linear(&parsed.colours);
                 let place = place.clone();
                 let index = vertex_colours::to_material(&mut mesh, &colours, place, contents)?;
                 (index, None)
@@ -135,14 +142,14 @@ fn shapes(
 
 /// Returns the note on colours of vertices that are left out, if there are any: those out of range, and those of faces with a
 /// material.
-fn note_on_colours(obj: &ObjText) -> Option<String> {
-    if obj.coloured() == 0 {
+fn note_on_colours(obj: &ObjModel) -> Option<String> {
+    if obj.colours.is_empty() {
         return None;
     }
     if !obj.has_valid_colours() {
         return Some(format!(
             "the colours of {} vertices were left out: expected numbers from 0 to 1",
-            obj.coloured()
+            obj.colours.len()
         ));
     }
     let text = "the colours of vertices of faces with a material were left out";
@@ -151,10 +158,9 @@ fn note_on_colours(obj: &ObjText) -> Option<String> {
 }
 
 /// Decodes the colours of vertices, which programs write as sRGB values.
-fn linear(encoded: &[f64]) -> Vec<Rgb> {
-    let (colours, _) = encoded.as_chunks();
+fn linear(encoded: &[[f64; 3]]) -> Vec<Rgb> {
     let decoded = |colour: &[f64; 3]| Rgb::from(colour.map(|x| srgb::to_linear(x) as f32));
-    colours.iter().map(decoded).collect()
+    encoded.iter().map(decoded).collect()
 }
 
 /// Converts a complaint about a line of a file into an error.
@@ -163,7 +169,7 @@ fn at(path: &Path) -> impl Fn(LineError) -> Error {
 }
 
 /// Reads the materials that the faces refer to from the file's libraries.
-fn surfaces(path: &Path, obj: &ObjText, contents: &mut SceneContents) -> Result<Vec<ObjMaterial>> {
+fn surfaces(path: &Path, obj: &ObjModel, contents: &mut SceneContents) -> Result<Vec<ObjMaterial>> {
     if obj.libraries.is_empty() {
         let grey = contents.default_material();
         contents.note(Note::at(
@@ -230,76 +236,4 @@ fn library_files(path: &Path, written: &str) -> Vec<PathBuf> {
             .map(|name| beside(path, name))
             .collect()
     }
-}
-
-/// The vertices and corners that are worth a text of their own: some milliseconds of work.
-const BATCH_WORK: usize = 20_000;
-
-/// A mesh, the number of its polygons that are not covered by their triangles, and the colours of its vertices.
-type ParsedMesh = (MeshDescription, usize, Vec<f64>);
-
-/// Parses all parts with tobj and returns their meshes, in this order.
-fn meshes(
-    obj: &ObjText,
-    has_colours: bool,
-) -> std::result::Result<Vec<ParsedMesh>, tobj::LoadError> {
-    let parse = |batch: &Batch| {
-        let options = tobj::LoadOptions {
-            single_index: true,
-            ..Default::default()
-        };
-        let no_libraries = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-        let text = obj.for_parser(batch, has_colours);
-        let (models, _) = tobj::load_obj_buf(&mut text.as_bytes(), &options, no_libraries)?;
-        let parsed = models.into_iter().map(|model| {
-            let (mesh, uncovered) = to_mesh(&model.mesh);
-            (mesh, uncovered, model.mesh.vertex_color)
-        });
-        Ok(parsed.collect::<Vec<_>>())
-    };
-    let batches = obj.batches(BATCH_WORK);
-    let parsed: std::result::Result<Vec<_>, _> =
-        batches.par_iter().with_max_len(1).map(parse).collect();
-    Ok(parsed?.into_iter().flatten().collect())
-}
-
-/// Returns a mesh, and the number of its polygons that are not covered by their triangles.
-fn to_mesh(mesh: &tobj::Mesh) -> (MeshDescription, usize) {
-    let (uvs, _) = mesh.texcoords.as_chunks();
-    let positions = triples(&mesh.positions);
-    let (indices, uncovered) = triangles(mesh, &positions);
-    let mesh = MeshDescription {
-        indices,
-        positions,
-        normals: triples(&mesh.normals),
-        uvs: uvs.iter().copied().map(DVec2::from_array).collect(),
-    };
-    (mesh, uncovered)
-}
-
-/// Cuts the faces of a mesh into triangles. Returns also how many are not covered by theirs.
-fn triangles(mesh: &tobj::Mesh, positions: &[DVec3]) -> (Vec<[u32; 3]>, usize) {
-    if mesh.face_arities.is_empty() {
-        return (mesh.indices.as_chunks().0.to_vec(), 0);
-    }
-    let mut triangles = Vec::with_capacity(mesh.indices.len() - 2 * mesh.face_arities.len());
-    let mut fans = Fans::default();
-    let mut rest = mesh.indices.as_slice();
-    for &arity in &mesh.face_arities {
-        let (corners, after) = rest.split_at(arity as usize);
-        let start = triangles.len();
-        let others = corners[1..].windows(2);
-        triangles.extend(others.map(|pair| [corners[0], pair[0], pair[1]]));
-        if arity > 3 {
-            fans.push(start..triangles.len());
-        }
-        rest = after;
-    }
-    let uncovered = fans.cut_concave(&mut triangles, positions);
-    (triangles, uncovered)
-}
-
-fn triples(numbers: &[f64]) -> Vec<DVec3> {
-    let (triples, _) = numbers.as_chunks();
-    triples.iter().copied().map(DVec3::from_array).collect()
 }

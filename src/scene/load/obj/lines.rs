@@ -10,7 +10,8 @@
 
 use super::super::wording::{LineError, shown};
 use super::chunks::{chunks, logical_lines};
-use super::model::{Corner, FaceGroup, FaceList, ObjModel};
+use super::model::{FaceGroup, FaceList, ObjModel};
+use super::vertices::Corner;
 use crate::math::vec::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::HashMap;

@@ -8,14 +8,11 @@
 //! `tests/loading/obj_by_tobj.rs`.
 
 use super::super::polygon::Fans;
-use super::vertices::Vertices;
+use super::vertices::{Corner, Vertices};
 use crate::geometry::mesh::MIN_PER_THREAD;
 use crate::math::vec::{DVec2, DVec3};
 use crate::scene::description::MeshDescription;
 use rayon::prelude::*;
-
-/// Indices of a position, texture coordinate and normal, counted from 1; 0 is none.
-pub type Corner = [u32; 3];
 
 /// A parsed OBJ file.
 #[derive(Debug, Default)]

@@ -5,8 +5,10 @@
 //! Source: a table of lists by position, since corners that name the same position mostly name the same vertex; corners beyond
 //! the first few of a list are in a hash map. Tested below.
 
-use super::model::Corner;
 use std::collections::HashMap;
+
+/// Indices of a position, texture coordinate and normal, counted from 1; 0 is none.
+pub type Corner = [u32; 3];
 
 /// Ends a list.
 const NONE: u32 = u32::MAX;

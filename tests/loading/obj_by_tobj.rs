@@ -37,7 +37,7 @@ fn random_model(random: &mut Pcg32, vertices: usize, faces: usize) -> String {
                 let mut index = || {
                     let index = (random.next_u32() as usize % vertices) as i64;
                     // Those from the end have negative numbers.
-                    if random.next_u32() % 2 == 0 {
+                    if random.next_u32().is_multiple_of(2) {
                         index + 1
                     } else {
                         index - vertices as i64

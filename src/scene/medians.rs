@@ -67,8 +67,8 @@ struct Column {
     within: Vec<f64>,
 }
 
-/// What is found of some boxes: their number, the box around them, and their columns of numbers.
-struct Found<const N: usize> {
+/// The number of some boxes, the box around them, and their columns of numbers.
+struct Totals<const N: usize> {
     count: usize,
     whole: Bounds,
     columns: [Column; N],
@@ -80,7 +80,7 @@ fn within<const N: usize>(
     numbers: &(impl Fn(&Bounds) -> [f64; N] + Sync + Send),
     ranges: [[f64; 2]; N],
 ) -> Option<([f64; N], Bounds)> {
-    let new = || Found {
+    let new = || Totals {
         count: 0,
         whole: Bounds::default(),
         columns: std::array::from_fn(|_| Column {
@@ -88,30 +88,30 @@ fn within<const N: usize>(
             within: Vec::new(),
         }),
     };
-    let add = |found: &mut Found<N>, bounds: &Bounds| {
+    let add = |totals: &mut Totals<N>, bounds: &Bounds| {
         let values = numbers(bounds);
-        for ((column, value), [low, high]) in found.columns.iter_mut().zip(values).zip(ranges) {
+        for ((column, value), [low, high]) in totals.columns.iter_mut().zip(values).zip(ranges) {
             if value < low {
                 column.below += 1;
             } else if value <= high {
                 column.within.push(value);
             }
         }
-        found.count += 1;
-        found.whole = found.whole.union(*bounds);
+        totals.count += 1;
+        totals.whole = totals.whole.union(*bounds);
     };
-    let merge = |found: &mut Found<N>, more: Found<N>| {
-        for (column, other) in found.columns.iter_mut().zip(more.columns) {
+    let merge = |totals: &mut Totals<N>, more: Totals<N>| {
+        for (column, other) in totals.columns.iter_mut().zip(more.columns) {
             column.below += other.below;
             column.within.extend(other.within);
         }
-        found.count += more.count;
-        found.whole = found.whole.union(more.whole);
+        totals.count += more.count;
+        totals.whole = totals.whole.union(more.whole);
     };
-    let found = boxes.fold(new, add, merge);
-    let middle = found.count.checked_sub(1)? / 2;
+    let totals = boxes.fold(new, add, merge);
+    let middle = totals.count.checked_sub(1)? / 2;
     let mut medians = [0.0; N];
-    for (median, mut column) in medians.iter_mut().zip(found.columns) {
+    for (median, mut column) in medians.iter_mut().zip(totals.columns) {
         let place = middle.checked_sub(column.below)?;
         if place >= column.within.len() {
             return None;
@@ -121,7 +121,7 @@ fn within<const N: usize>(
             .select_nth_unstable_by(place, f64::total_cmp)
             .1;
     }
-    Some((medians, found.whole))
+    Some((medians, totals.whole))
 }
 
 #[cfg(test)]

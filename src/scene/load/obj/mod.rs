@@ -10,6 +10,7 @@ mod chunks;
 mod lines;
 mod model;
 mod vertices;
+mod words;
 
 use self::model::{ObjModel, PartMesh};
 use super::contents::SceneContents;

@@ -8,12 +8,12 @@
 
 mod error_records;
 
-pub use error_records::{Expected, ForecastInput};
+pub use error_records::{Expected, ForecastInput, MIN_SPP_TO_TARGET};
 
 use super::convergence::ErrorRecord;
 use super::settings::{Budget, ErrorTarget};
 use crate::film::batches::BATCHES;
-use error_records::{ESTIMATE_RATIO, FIRST_ESTIMATE, FORECAST_PILOT};
+use error_records::{ESTIMATE_RATIO, FIRST_ESTIMATE, FIRST_ESTIMATE_TO_TARGET};
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -66,7 +66,7 @@ impl PassPlanner {
     /// Creates the planner of a render that has not begun, whose passes are multiples of `step`.
     pub fn new(budget: Budget, step: u64, forecast_input: ForecastInput) -> Self {
         let next_estimate = match budget.error {
-            Some(_) => FORECAST_PILOT[0],
+            Some(_) => FIRST_ESTIMATE_TO_TARGET,
             None => FIRST_ESTIMATE,
         };
         Self {

@@ -17,6 +17,10 @@ use serde::{Deserialize, Serialize};
 /// The least ratio of the samples of two records that determine the power: nearer ones differ by their noise.
 const MIN_RECORD_RATIO: f64 = 4.0;
 
+/// The least samples per pixel of a record that determines the power: with fewer, the estimate of the error is biased too
+/// much.
+pub const MIN_RECORD_SAMPLES: u64 = 16;
+
 /// The smallest power: an error falls at least as the root of the samples does.
 const MIN_POWER: f64 = 0.5;
 /// The largest power: an error hardly falls faster than this power of the samples.
@@ -107,9 +111,11 @@ impl PowerLaw {
     /// The power law from the last record and the latest that is far enough before it.
     pub fn of(error_records: &[ErrorRecord]) -> Self {
         let measured = error_records.split_last().and_then(|(last, before)| {
-            let first = before
+            let mut reliable = before
                 .iter()
-                .rfind(|record| MIN_RECORD_RATIO * record.samples <= last.samples)?;
+                .filter(|record| record.samples >= MIN_RECORD_SAMPLES as f64);
+            let first =
+                reliable.rfind(|record| MIN_RECORD_RATIO * record.samples <= last.samples)?;
             let steps = ln(last.samples / first.samples);
             let power = ln(first.rel_rmse / last.rel_rmse) / steps;
             let error = 0.5 * hypot(first.uncertainty, last.uncertainty) / steps;

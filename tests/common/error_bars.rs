@@ -181,6 +181,8 @@ pub struct TargetsReached {
     /// Renders whose true error was at most the requested one.
     pub kept: u64,
     sum: f64,
+    /// The sum of their samples per pixel.
+    spp: u64,
     /// Renders whose sample count was predicted within a factor of [`FORESEEN`].
     foreseen: u64,
     /// Renders with a prediction.
@@ -224,6 +226,7 @@ impl TargetsReached {
             this.renders += 1;
             this.kept += u64::from(share <= 1.0);
             this.sum += share;
+            this.spp += rendered.spp;
             if let Some(predicted) = rendered.predicted {
                 let off = (predicted.spp as f64 / rendered.spp as f64).ln().abs();
                 this.predicted += 1;
@@ -236,6 +239,11 @@ impl TargetsReached {
     /// The mean of the true errors, as a share of the requested one.
     pub fn mean(&self) -> f64 {
         self.sum / self.renders as f64
+    }
+
+    /// The mean of their samples per pixel.
+    pub fn mean_spp(&self) -> f64 {
+        self.spp as f64 / self.renders as f64
     }
 
     /// The share of renders whose sample count was predicted within a factor of 1.25; 1 if all needed the pilot only.
@@ -252,6 +260,10 @@ impl fmt::Display for TargetsReached {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { kept, renders, .. } = self;
         let (mean, foreseen) = (self.mean(), 100.0 * self.foreseen());
-        write!(f, " {kept} of {renders} | {mean:.2} | {foreseen:.0} % |")
+        let spp = self.mean_spp();
+        write!(
+            f,
+            " {spp:.0} | {kept} of {renders} | {mean:.2} | {foreseen:.0} % |"
+        )
     }
 }

@@ -9,6 +9,7 @@
 use crate::study::answer::Answer;
 use crate::study::bootstrap::Ranged;
 use etendue::internals::render::CONFIDENCE;
+use etendue::internals::render::budget::MIN_SPP_TO_TARGET;
 use etendue::internals::render::convergence::{ErrorRecord, Forecast, PowerLaw};
 use serde::Serialize;
 
@@ -19,7 +20,7 @@ pub(super) const SIGMAS: f64 = 2.0;
 const AIM: f64 = 0.99;
 
 /// The least samples per pixel with which `--error` ends.
-const MIN_SPP: f64 = 24.0;
+const MIN_SPP: f64 = MIN_SPP_TO_TARGET as f64;
 
 /// A root of relMSE that rounding to single precision explains.
 const ROUNDING: f64 = 2e-6;
@@ -139,9 +140,9 @@ impl PriceInput<'_> {
 mod tests {
     use super::*;
 
-    /// Records of an error of 1 / sqrt(N) at 16, 64, 128 ... 1024 samples.
+    /// Records of an error of 1 / sqrt(N) at 4, 16, 64, 128 ... 1024 samples.
     fn error_records() -> Vec<ErrorRecord> {
-        let samples = [16.0, 64.0, 128.0, 256.0, 512.0, 1024.0];
+        let samples = [4.0, 16.0, 64.0, 128.0, 256.0, 512.0, 1024.0];
         let error_record = |samples: f64| ErrorRecord {
             samples,
             rel_rmse: 1.0 / samples.sqrt(),
@@ -189,7 +190,7 @@ mod tests {
     fn large_error_is_reached_by_the_shortest_render() {
         let error_records = error_records();
         let row = facts(&error_records, None).row(0.4);
-        assert_eq!((row.spp, row.time), (Some(24.0), Answer::AtOnce(12.0)));
+        assert_eq!((row.spp, row.time), (Some(8.0), Answer::AtOnce(4.0)));
     }
 
     #[test]
@@ -208,7 +209,7 @@ mod tests {
             .for_each(|record| record.rel_rmse = 0.0);
         // `--error` takes that many to see that there is no noise.
         let row = facts(&error_records, None).row(0.001);
-        assert_eq!((row.spp, row.time), (Some(24.0), Answer::Exact(12.0)));
+        assert_eq!((row.spp, row.time), (Some(8.0), Answer::Exact(4.0)));
     }
 
     #[test]

@@ -6,13 +6,23 @@
 
 use super::PassPlanner;
 use crate::film::ErrorEstimate;
+use crate::film::batches::BATCHES;
 use crate::render::adaptive::allocation::Allocation;
-use crate::render::convergence::{ErrorRecord, Forecast, without_bound_if_rising};
+use crate::render::convergence::{
+    ErrorRecord, Forecast, MIN_RECORD_SAMPLES, without_bound_if_rising,
+};
 use serde::{Deserialize, Serialize};
 
-/// The samples per pixel after which the error is estimated for the first time, and for the second time at the latest: the
-/// pilot. The second estimate comes earlier where the first one forecasts that fewer samples are enough.
-pub(super) const FORECAST_PILOT: [u64; 2] = [16, 64];
+/// The samples per pixel of the first estimate where an error is requested: one sample in each batch.
+pub(super) const FIRST_ESTIMATE_TO_TARGET: u64 = BATCHES;
+
+/// The least samples per pixel with which a render to a requested error ends: those of the second estimate, since a single one
+/// cannot show that the error falls as it should.
+pub const MIN_SPP_TO_TARGET: u64 = 2 * FIRST_ESTIMATE_TO_TARGET;
+
+/// The samples per pixel by which the second estimate is made that can determine a power law, unless the first one forecasts
+/// that fewer samples are enough.
+const PILOT: u64 = 64;
 
 /// The largest ratio of the samples that are forecast to those of the pilot: beyond it, the power law would be extrapolated
 /// too far.
@@ -97,13 +107,10 @@ impl PassPlanner {
             self.next_estimate = ESTIMATE_RATIO * self.spp;
             return;
         };
-        let is_pilot = self.error_records.len() < 2 && self.spp < FORECAST_PILOT[1];
-        if error.upper_bound <= target.rel_rmse && !is_pilot {
+        let is_confirmed = self.error_records.len() >= 2 || self.spp >= PILOT;
+        if error.upper_bound <= target.rel_rmse && is_confirmed {
             self.is_reached = true;
             return;
-        }
-        if is_pilot {
-            self.next_estimate = FORECAST_PILOT[1];
         }
         let in_steps = self.forecast_input.in_steps && allocation.is_none();
         let Some(forecast) = Forecast::new(
@@ -120,9 +127,10 @@ impl PassPlanner {
         // Where the error is above the forecast by chance, a few more samples change little.
         let least = self.spp + (self.spp / SMALL_STEP).max(1);
         let needed = needed.max(least).next_multiple_of(self.step);
-        if is_pilot {
-            self.next_estimate =
-                needed.clamp(3 * self.spp / 2, FORECAST_PILOT[1].max(2 * self.spp));
+        if self.spp < MIN_RECORD_SAMPLES {
+            self.next_estimate = needed.min(MIN_RECORD_SAMPLES);
+        } else if self.spp == MIN_RECORD_SAMPLES {
+            self.next_estimate = needed.min(PILOT);
         } else {
             self.expected = Some(Expected {
                 spp: needed,
@@ -217,6 +225,6 @@ mod tests {
     #[test]
     fn error_target_met_at_once_stops_at_the_second_estimate() {
         let (spp, estimated_at, forecast) = reach(0.5, 0.1, 0.5);
-        assert_eq!((spp, estimated_at, forecast), (24, vec![16, 24], None));
+        assert_eq!((spp, estimated_at, forecast), (8, vec![4, 8], None));
     }
 }

@@ -1,6 +1,9 @@
 //! The number of pixels that share their paths: the one with the least squared error for the same cost, measured in small
 //! pilots. The cost is that of the rays, of which those that share paths are cheap.
 //!
+//! A first pilot of few samples without shared paths and with those of 16 pixels decides where the difference is clear;
+//! otherwise longer pilots do, also of 4 pixels.
+//!
 //! The pilots are small windows of the image in its own resolution: how much pixels gain from each other depends on how near
 //! to each other they see the scene.
 //!
@@ -14,9 +17,9 @@ use super::pass::{pilot_settings, relative_weights, take_samples};
 use super::{may_have, takes_other_paths};
 use crate::effects::Effect;
 use crate::error::Result;
+use crate::film::batches::BATCHES;
 use crate::film::{Film, Window};
 use crate::image::Image;
-use crate::integrator::RayCounts;
 use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::reuse::PathReuse;
 use serde::Serialize;
@@ -27,7 +30,9 @@ const WINDOWS: [u32; 2] = [4, 3];
 /// The width and the height of a window: a multiple of those of the squares within which pixels share paths.
 const EDGE: u32 = 16;
 
-/// The samples per pixel.
+/// The samples per pixel of the first pilots: one in each batch.
+const FIRST_SPP: u64 = BATCHES;
+/// The samples per pixel of the longer pilots.
 const SPP: u64 = 8;
 
 /// The seed of the pilots.
@@ -35,6 +40,12 @@ const SEED: u64 = 0x7265_7573_6500;
 
 /// The least gain in a pilot for which paths are shared, since sharing correlates the noise of neighbours.
 const MIN_GAIN: f64 = 1.25;
+
+/// The gain in the first pilots from which 16 pixels share paths: groups of 4 gained at most 2 in docs/accuracy.md.
+const CLEAR_GAIN: f64 = 2.5;
+
+/// The ratio of squared errors in the first pilots below which no paths are shared, whatever the cost.
+const CLEAR_LOSS: f64 = 1.1;
 
 /// The cost of a shadow ray that shares a path, relative to that of a ray of a path. The first surfaces of sixteen pixels are
 /// evaluated together, however many of them share, and only many rays are traced as a packet.
@@ -53,7 +64,7 @@ fn sharing_ray(reuse: PathReuse) -> f64 {
 pub struct PathReuseChoice {
     /// The number of pixels.
     pub reuse: PathReuse,
-    /// The squared error of as many samples without shared paths, over that with them, in the best of the pilots; 1 where
+    /// The squared error of as many samples without shared paths, over that with them, in the pilots that decided; 1 where
     /// nothing varies.
     pub ratio: f64,
     /// The squared error at equal cost without shared paths, over that with them.
@@ -82,40 +93,68 @@ pub fn choose(
         return Ok(None);
     }
     let windows = windows(input.size);
-    let pilot = |reuse: PathReuse| -> Result<(Vec<f64>, RayCounts)> {
+    let pilot = |reuse: PathReuse, spp: u64| -> Result<PilotResult> {
         let pilot = RenderSettings {
             reuse: PathReuseRule::Pixels(reuse),
-            ..pilot_settings(settings, SEED, SPP)
+            ..pilot_settings(settings, SEED, spp)
         };
         let films = windows.iter().map(|&window| Film::new(window, EDGE));
         let mut films: Vec<Film> = films.collect();
         let tiles = films.iter_mut().flat_map(Film::tiles_mut).collect();
         let rays = take_samples(input.scene, threads, &pilot, (tiles, None, None), observer)?;
-        Ok((squared_errors(&films), rays))
-    };
-    let (errors_alone, rays_alone) = pilot(PathReuse::Off)?;
-    let cost_alone = rays_alone.total() as f64;
-    let mut choices = vec![];
-    for reuse in [PathReuse::Four, PathReuse::Sixteen] {
-        let (errors, rays) = pilot(reuse)?;
-        let sharing = rays.total() as f64 - cost_alone;
-        let cost = cost_alone + sharing_ray(reuse) * sharing;
-        let ratio = cautious_ratio(&errors_alone, &errors);
-        choices.push(PathReuseChoice {
+        Ok(PilotResult {
             reuse,
-            ratio,
-            gain: ratio * cost_alone / cost,
-        });
+            errors: squared_errors(&films),
+            rays: rays.total() as f64,
+        })
+    };
+    let alone = pilot(PathReuse::Off, FIRST_SPP)?;
+    let first = pilot(PathReuse::Sixteen, FIRST_SPP)?.compared_with(&alone);
+    if first.gain >= CLEAR_GAIN || first.ratio < CLEAR_LOSS {
+        return Ok(Some(first.or_off()));
     }
-    let best = choices.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
-    Ok(best.map(|best| {
-        let reuse = if best.gain >= MIN_GAIN {
-            best.reuse
+    let alone = pilot(PathReuse::Off, SPP)?;
+    let four = pilot(PathReuse::Four, SPP)?.compared_with(&alone);
+    let sixteen = pilot(PathReuse::Sixteen, SPP)?.compared_with(&alone);
+    let best = if four.gain > sixteen.gain {
+        four
+    } else {
+        sixteen
+    };
+    Ok(Some(best.or_off()))
+}
+
+/// The result of a pilot.
+struct PilotResult {
+    reuse: PathReuse,
+    /// The squared errors of the windows.
+    errors: Vec<f64>,
+    rays: f64,
+}
+
+impl PilotResult {
+    /// Compares a pilot that shares paths with one of as many samples that does not.
+    fn compared_with(&self, alone: &Self) -> PathReuseChoice {
+        let cost = alone.rays + sharing_ray(self.reuse) * (self.rays - alone.rays);
+        let ratio = cautious_ratio(&alone.errors, &self.errors);
+        PathReuseChoice {
+            reuse: self.reuse,
+            ratio,
+            gain: ratio * alone.rays / cost,
+        }
+    }
+}
+
+impl PathReuseChoice {
+    /// This choice, or that of no shared paths, with the same numbers, if the gain is small.
+    fn or_off(self) -> Self {
+        let reuse = if self.gain >= MIN_GAIN {
+            self.reuse
         } else {
             PathReuse::Off
         };
-        PathReuseChoice { reuse, ..best }
-    }))
+        Self { reuse, ..self }
+    }
 }
 
 /// Windows that are spread over an image of this size, at positions that are multiples of their edge.

@@ -94,6 +94,7 @@ pub fn run(
         ..resolved.settings
     };
     let recommendation = resolved.recommendation;
+    let preparation = clock.elapsed();
     let mut price = PriceMeasurement {
         report: blank(description, settings, &base, &prepared),
         description,
@@ -101,6 +102,7 @@ pub fn run(
         prepared,
         given,
         base,
+        preparation,
         clock,
     };
     price.report.recommendation = recommendation;
@@ -162,6 +164,8 @@ struct PriceMeasurement<'a> {
     /// The settings before pilots chose, which other integrators start from.
     given: RenderSettings,
     base: RenderSettings,
+    /// Seconds for loading the scene, building its acceleration structure and the pilots, which a render takes, too.
+    preparation: f64,
     clock: PriceClock<'a>,
     report: PriceReport,
 }
@@ -373,7 +377,7 @@ impl PriceMeasurement<'_> {
             // Unevenly distributed samples reach powers of two in no step.
             in_steps: self.base.sampler == SamplerKind::Sobol
                 && self.base.adaptive == Adaptive::Off,
-            start: own.start,
+            start: self.preparation + own.start,
             pace: own.pace,
             pace_error: PACE_ERROR,
             doubt: doubt.as_deref(),

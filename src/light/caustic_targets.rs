@@ -5,30 +5,33 @@
 //! uniform on the disk of the sphere across the ray. The density is that of the mixture, so that it covers every ray.
 //!
 //! Measure: normalised units; densities as in [`EmissionPdf`].
-//! Range: any number of spheres; without one that the light can reach the density is the light's own.
+//! Range: at most [`MAX_TARGETS`] spheres; without one that the light can reach the density is the light's own.
 //! Source: none needed: a mixture of densities. Tested below and in `tests/rendering/light_paths.rs`.
 
 use super::types::{BoundingSphere, EmissionPdf, EmissionSample, ShadowRayEnd};
 use crate::math::frame::Frame;
+use crate::math::lanes::{LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
-use crate::math::vec::{Vec2, Vec3};
+use crate::math::vec::{LaneVec3, Vec2, Vec3};
 use crate::sampling::warp;
 use std::f32::consts::PI;
 
-/// The probability of sampling a ray towards a target, where there is one: most rays stay as the light emits them, since much
+/// The probability of sampling a ray towards a target, where there is one: the other rays stay as the light emits them, since much
 /// light reaches metal and glass by way of other surfaces.
-const TARGET_PROBABILITY: f32 = 0.25;
+const TARGET_PROBABILITY: f32 = 0.5;
 
-/// The largest number of targets: a scene with more shapes that cast caustics has one target around all of them.
-pub const MAX_TARGETS: usize = 12;
+/// The largest number of targets: one for each lane.
+pub const MAX_TARGETS: usize = LANES;
 
-/// Spheres around the shapes that cast caustics.
+/// Spheres around the shapes that cast caustics. Lanes beyond the last have a radius of zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CausticTargets {
-    spheres: Vec<BoundingSphere>,
+    count: usize,
+    center: Lanes3,
+    radius: Lanes<f32>,
 }
 
-/// The ray that targets are weighed for: a point and the directions of rays from there, or a direction of parallel rays.
+/// The rays that targets are weighed for: those from a point, or parallel ones.
 #[derive(Debug, Clone, Copy)]
 enum EmittedRays {
     /// Rays from a point; the normal is zero where they leave in all directions.
@@ -41,26 +44,35 @@ enum EmittedRays {
     Along(Vec3),
 }
 
-/// A target as seen by the rays.
-#[derive(Debug, Clone, Copy)]
-struct ProjectedTarget {
-    /// The axis of its cone, or the centre of its disk.
-    axis: Vec3,
-    /// The solid angle of its cone, or the area of its disk: in proportion to the probability of selecting it. Zero where
-    /// no ray reaches it.
-    size: f32,
+/// The targets as seen by the rays.
+#[derive(Debug, Clone, Copy, Default)]
+struct ProjectedTargets {
+    /// The axes of their cones, or the centres of their disks.
+    axis: Lanes3,
+    /// The solid angles of their cones, or the areas of their disks: in proportion to the probability of selecting each. Zero
+    /// where no ray reaches it.
+    size: Lanes<f32>,
 }
 
 impl CausticTargets {
-    /// Creates targets from these spheres.
-    pub fn new(spheres: Vec<BoundingSphere>) -> Self {
-        Self { spheres }
+    /// Creates targets from these spheres, at most [`MAX_TARGETS`].
+    pub fn new(spheres: &[BoundingSphere]) -> Self {
+        assert!(spheres.len() <= MAX_TARGETS, "one target per lane");
+        let mut this = Self {
+            count: spheres.len(),
+            ..Self::default()
+        };
+        for (lane, sphere) in spheres.iter().enumerate() {
+            store(&mut this.center, lane, sphere.center);
+            this.radius[lane] = sphere.radius;
+        }
+        this
     }
 
     /// Whether there are none.
     #[inline]
     pub fn is_empty(&self) -> bool {
-        self.spheres.is_empty()
+        self.count == 0
     }
 
     /// Redirects an emitted ray that its light has sampled towards a target or leaves it as it is, by a number for the
@@ -75,33 +87,34 @@ impl CausticTargets {
         bounding_sphere: &BoundingSphere,
     ) {
         let rays = EmittedRays::of(&sample.end, sample.direction, two_sided);
-        let total: f32 = self.projected(rays).map(|target| target.size).sum();
+        let targets = self.projected(rays);
+        let total = sum(targets.size);
         if total <= 0.0 || u_choice >= TARGET_PROBABILITY {
             return;
         }
         let mut rest = u_choice / TARGET_PROBABILITY * total;
-        let reached = self.projected(rays).filter(|target| target.size > 0.0);
         let mut chosen = None;
-        for target in reached {
-            chosen = Some(target);
-            rest -= target.size;
+        for lane in (0..LANES).filter(|&lane| targets.size[lane] > 0.0) {
+            chosen = Some(lane);
+            rest -= targets.size[lane];
             if rest < 0.0 {
                 break;
             }
         }
-        let Some(target) = chosen else {
+        let Some(lane) = chosen else {
             return;
         };
+        let (axis, size): (Vec3, f32) = (load(&targets.axis, lane), targets.size[lane]);
         match rays {
             EmittedRays::From { .. } => {
-                let one_minus_cos = target.size / (2.0 * PI);
+                let one_minus_cos = size / (2.0 * PI);
                 let local = warp::sample_cone_uniform(u_direction, one_minus_cos);
-                sample.direction = Frame::from_normal(target.axis).to_world(local).normalize();
+                sample.direction = Frame::from_normal(axis).to_world(local).normalize();
             }
             EmittedRays::Along(direction) => {
-                let d = (target.size / PI).sqrt() * warp::sample_disk_concentric(u_position);
+                let d = (size / PI).sqrt() * warp::sample_disk_concentric(u_position);
                 let across = Frame::from_normal(-direction).to_world(Vec3::new(d.x, d.y, 0.0));
-                let p = target.axis + across;
+                let p = axis + across;
                 // The ray begins in front of the whole scene.
                 let depth = (p - bounding_sphere.center).dot(direction) + bounding_sphere.radius;
                 sample.origin = p - depth * direction;
@@ -123,27 +136,24 @@ impl CausticTargets {
             return;
         }
         let rays = EmittedRays::of(end, direction, two_sided);
-        let (mut total, mut hit) = (0.0, 0.0);
-        for target in self.projected(rays).filter(|target| target.size > 0.0) {
-            total += target.size;
-            let is_hit = match rays {
-                EmittedRays::From { .. } => {
-                    // 1 - cos, without cancellation.
-                    let chord2 = target.axis.distance_squared(direction);
-                    PI * chord2 <= target.size
-                }
-                EmittedRays::Along(along) => {
-                    let offset = target.axis - through;
-                    let across = offset - offset.dot(along) * along;
-                    PI * across.length_squared() <= target.size
-                }
-            };
-            // Each target is selected in proportion to its size, over which its rays are spread.
-            hit += if is_hit { 1.0 } else { 0.0 };
-        }
+        let [total, hit] = match rays {
+            EmittedRays::From {
+                point,
+                normal,
+                two_sided,
+            } => sizes_from(
+                self,
+                point.into(),
+                normal.into(),
+                two_sided,
+                direction.into(),
+            ),
+            EmittedRays::Along(along) => sizes_along(self, along.into(), through.into()),
+        };
         if total <= 0.0 {
             return;
         }
+        // Each target is selected in proportion to its size, over which its rays are spread.
         let of_targets = TARGET_PROBABILITY * hit / total;
         let mixed = |own: f32| (1.0 - TARGET_PROBABILITY) * own + of_targets;
         match rays {
@@ -155,40 +165,126 @@ impl CausticTargets {
     }
 
     /// The targets as seen by the rays.
-    fn projected(&self, rays: EmittedRays) -> impl Iterator<Item = ProjectedTarget> {
-        self.spheres.iter().map(move |sphere| match rays {
-            EmittedRays::Along(_) => ProjectedTarget {
-                axis: sphere.center,
-                size: PI * sphere.radius * sphere.radius,
+    fn projected(&self, rays: EmittedRays) -> ProjectedTargets {
+        match rays {
+            EmittedRays::Along(_) => ProjectedTargets {
+                axis: self.center,
+                size: self.radius.map(disk),
             },
             EmittedRays::From {
                 point,
                 normal,
                 two_sided,
-            } => {
-                let offset = sphere.center - point;
-                let is_behind = !two_sided && offset.dot(normal) < -sphere.radius;
-                let distance2 = offset.length_squared();
-                let sin2 = sphere.radius * sphere.radius / distance2;
-                // A sphere around the point itself fills all directions.
-                if sin2 >= 1.0 {
-                    return ProjectedTarget {
-                        axis: Vec3::Z,
-                        size: 4.0 * PI,
-                    };
-                }
-                let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).sqrt());
-                ProjectedTarget {
-                    axis: offset / distance2.sqrt(),
-                    size: if is_behind {
-                        0.0
-                    } else {
-                        2.0 * PI * one_minus_cos
-                    },
-                }
-            }
-        })
+            } => seen_from(self, point.into(), normal.into(), two_sided),
+        }
     }
+}
+
+/// The axis and the solid angle of a sphere's cone as seen by rays from a point: zero where no ray reaches it.
+#[inline(always)]
+fn cone(
+    (center, radius): (LaneVec3, f32),
+    point: LaneVec3,
+    normal: LaneVec3,
+    two_sided: bool,
+) -> (LaneVec3, f32) {
+    let offset = center - point;
+    let is_behind = !two_sided & (offset.dot(normal) < -radius);
+    let distance2 = offset.dot(offset);
+    let sin2 = radius * radius / distance2;
+    let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).sqrt());
+    // A sphere around the point itself fills all directions.
+    let is_within = sin2 >= 1.0;
+    let size = if is_within {
+        4.0 * PI
+    } else {
+        2.0 * PI * one_minus_cos
+    };
+    let is_reached = (radius > 0.0) & (is_within | !is_behind);
+    let axis = offset * (1.0 / distance2.sqrt());
+    let any = LaneVec3::from([0.0, 0.0, 1.0]);
+    (
+        if is_within { any } else { axis },
+        if is_reached { size } else { 0.0 },
+    )
+}
+
+vectorised! {
+    /// The targets as seen by rays from a point.
+    fn seen_from(
+        spheres: &CausticTargets,
+        point: [f32; 3],
+        normal: [f32; 3],
+        two_sided: bool,
+    ) -> ProjectedTargets {
+        let mut seen = ProjectedTargets::default();
+        for lane in 0..LANES {
+            let sphere = (load(&spheres.center, lane), spheres.radius[lane]);
+            let (axis, size) = cone(sphere, point.into(), normal.into(), two_sided);
+            store(&mut seen.axis, lane, axis);
+            seen.size[lane] = size;
+        }
+        seen
+    }
+}
+
+vectorised! {
+    /// The sum of the solid angles of the targets' cones, and the number of cones that contain the unit vector `direction`.
+    fn sizes_from(
+        spheres: &CausticTargets,
+        point: [f32; 3],
+        normal: [f32; 3],
+        two_sided: bool,
+        direction: [f32; 3],
+    ) -> [f32; 2] {
+        let (mut sizes, mut hits) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let sphere = (load(&spheres.center, lane), spheres.radius[lane]);
+            let (axis, size) = cone(sphere, point.into(), normal.into(), two_sided);
+            // The square of the chord is 2 - 2 cos, without cancellation.
+            let chord = axis - LaneVec3::from(direction);
+            let is_hit = (size > 0.0) & (PI * chord.dot(chord) <= size);
+            sizes[lane] = size;
+            hits[lane] = if is_hit { 1.0 } else { 0.0 };
+        }
+        [sum(sizes), sum(hits)]
+    }
+}
+
+vectorised! {
+    /// The sum of the areas of the targets' disks across the unit vector `along`, and the number of disks that a ray through
+    /// `through` meets.
+    fn sizes_along(spheres: &CausticTargets, along: [f32; 3], through: [f32; 3]) -> [f32; 2] {
+        let (mut sizes, mut hits) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let (size, along) = (disk(spheres.radius[lane]), LaneVec3::from(along));
+            let offset = load::<LaneVec3>(&spheres.center, lane) - LaneVec3::from(through);
+            let across = offset - along * offset.dot(along);
+            let is_hit = (size > 0.0) & (PI * across.dot(across) <= size);
+            sizes[lane] = size;
+            hits[lane] = if is_hit { 1.0 } else { 0.0 };
+        }
+        [sum(sizes), sum(hits)]
+    }
+}
+
+/// The area of a sphere's disk across parallel rays.
+#[inline(always)]
+fn disk(radius: f32) -> f32 {
+    PI * radius * radius
+}
+
+/// The sum over all lanes, in pairs: in vectors, and in the same order on any processor.
+#[inline(always)]
+fn sum(mut terms: Lanes<f32>) -> f32 {
+    let mut count = LANES / 2;
+    while count > 0 {
+        for lane in 0..count {
+            terms[lane] += terms[lane + count];
+        }
+        count /= 2;
+    }
+    terms[0]
 }
 
 impl EmittedRays {
@@ -226,7 +322,7 @@ mod tests {
             radius,
         };
         // The last encloses a part of the first.
-        CausticTargets::new(vec![sphere(0.0, 0.5), sphere(-3.0, 1.0), sphere(0.8, 0.6)])
+        CausticTargets::new(&[sphere(0.0, 0.5), sphere(-3.0, 1.0), sphere(0.8, 0.6)])
     }
 
     const AROUND: BoundingSphere = BoundingSphere {

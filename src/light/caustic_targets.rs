@@ -16,9 +16,9 @@ use crate::math::vec::{LaneVec3, Vec2, Vec3};
 use crate::sampling::warp;
 use std::f32::consts::PI;
 
-/// The probability of sampling a ray towards a target, where there is one: the other rays stay as the light emits them, since much
+/// The probability of sampling a ray towards a target, where there is one: most rays stay as the light emits them, since much
 /// light reaches metal and glass by way of other surfaces.
-const TARGET_PROBABILITY: f32 = 0.5;
+const TARGET_PROBABILITY: f32 = 0.25;
 
 /// The largest number of targets: one for each lane.
 pub const MAX_TARGETS: usize = LANES;

@@ -185,12 +185,15 @@ pub struct TargetsReached {
     spp: u64,
     /// Renders whose sample count was predicted within a factor of [`FORESEEN`].
     foreseen: u64,
-    /// Renders with a prediction.
+    /// Renders with a prediction that came early enough to count.
     predicted: u64,
 }
 
 /// The factor within which a predicted sample count is correct.
 const FORESEEN: f64 = 1.25;
+
+/// The share of a render's samples before which a prediction has to come to count.
+const MAX_PILOT: f64 = 0.9;
 
 impl TargetsReached {
     /// Renders with several seeds until the error is reached, and compares with the reference, whose own squared error is
@@ -227,7 +230,8 @@ impl TargetsReached {
             this.kept += u64::from(share <= 1.0);
             this.sum += share;
             this.spp += rendered.spp;
-            if let Some(predicted) = rendered.predicted {
+            let is_early = |pilot: u64| (pilot as f64) < MAX_PILOT * rendered.spp as f64;
+            if let Some(predicted) = rendered.predicted.filter(|it| is_early(it.pilot)) {
                 let off = (predicted.spp as f64 / rendered.spp as f64).ln().abs();
                 this.predicted += 1;
                 this.foreseen += u64::from(off <= FORESEEN.ln());
@@ -246,7 +250,7 @@ impl TargetsReached {
         self.spp as f64 / self.renders as f64
     }
 
-    /// The share of renders whose sample count was predicted within a factor of 1.25; 1 if all needed the pilot only.
+    /// The share of predictions within a factor of 1.25; 1 if there was none.
     pub fn foreseen(&self) -> f64 {
         match self.predicted {
             0 => 1.0,
@@ -259,11 +263,11 @@ impl TargetsReached {
 impl fmt::Display for TargetsReached {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { kept, renders, .. } = self;
-        let (mean, foreseen) = (self.mean(), 100.0 * self.foreseen());
-        let spp = self.mean_spp();
+        let (mean, spp) = (self.mean(), self.mean_spp());
+        let (foreseen, predicted) = (100.0 * self.foreseen(), self.predicted);
         write!(
             f,
-            " {spp:.0} | {kept} of {renders} | {mean:.2} | {foreseen:.0} % |"
+            " {spp:.0} | {kept} of {renders} | {mean:.2} | {foreseen:.0} % of {predicted} |"
         )
     }
 }

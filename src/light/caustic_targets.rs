@@ -242,10 +242,8 @@ vectorised! {
             let sphere = (load(&spheres.center, lane), spheres.radius[lane]);
             let (axis, size) = cone(sphere, point.into(), normal.into(), two_sided);
             // The square of the chord is 2 - 2 cos, without cancellation.
-            let chord = axis - LaneVec3::from(direction);
-            let is_hit = (size > 0.0) & (PI * chord.dot(chord) <= size);
             sizes[lane] = size;
-            hits[lane] = if is_hit { 1.0 } else { 0.0 };
+            hits[lane] = hit(size, axis - LaneVec3::from(direction));
         }
         [sum(sizes), sum(hits)]
     }
@@ -259,13 +257,18 @@ vectorised! {
         for lane in 0..LANES {
             let (size, along) = (disk(spheres.radius[lane]), LaneVec3::from(along));
             let offset = load::<LaneVec3>(&spheres.center, lane) - LaneVec3::from(through);
-            let across = offset - along * offset.dot(along);
-            let is_hit = (size > 0.0) & (PI * across.dot(across) <= size);
             sizes[lane] = size;
-            hits[lane] = if is_hit { 1.0 } else { 0.0 };
+            hits[lane] = hit(size, offset - along * offset.dot(along));
         }
         [sum(sizes), sum(hits)]
     }
+}
+
+/// 1 for a ray that meets a target of this size, at this distance from its axis or centre, and 0 for any other.
+#[inline(always)]
+fn hit(size: f32, distance: LaneVec3) -> f32 {
+    let is_hit = (size > 0.0) & (PI * distance.dot(distance) <= size);
+    if is_hit { 1.0 } else { 0.0 }
 }
 
 /// The area of a sphere's disk across parallel rays.

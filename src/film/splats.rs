@@ -10,20 +10,14 @@
 
 use super::Window;
 use super::batches::BATCHES;
-use super::filter::{Filter, MAX_RADIUS};
+use super::filter::Filter;
 use super::pixel::PixelSums;
 use crate::math::rgb::Rgb;
 use crate::math::vec::Vec2;
 use crate::planted::planted;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
-
-/// The largest number of pixels along an axis that a filter covers.
-const MAX_COVERED: usize = 2 * MAX_RADIUS as usize + 1;
-
-/// The number of rows that are locked before any of them is changed. A lock waits for all earlier accesses to memory, and
-/// pixels of different rows are far apart in it: so their accesses overlap. Rows are locked from the top down.
-const ROWS_AT_ONCE: usize = 4;
 
 /// A bidirectional strategy: s vertices of the light subpath and t of the camera subpath, endpoints included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -41,6 +35,16 @@ pub struct Splat {
     pub film_position: Vec2,
     /// Radiance times the number of samples.
     pub value: Rgb,
+}
+
+/// The pixels of a row that a splat contributes to.
+struct SplatInRow {
+    y: u32,
+    first_column: u32,
+    /// The index of the splat.
+    splat: usize,
+    /// The range of the filter weights along the columns.
+    weights: Range<usize>,
 }
 
 /// The splats of a sample at film positions other than that of its camera ray, and a test of where splats count.
@@ -144,26 +148,49 @@ impl Splats {
         self.samples[batch].load(Ordering::Relaxed)
     }
 
-    /// Adds a splat of the sample with this index. May be called by several threads at once.
-    pub fn add(&self, filter: &Filter, sample: u64, film: Vec2, value: Rgb) {
+    /// Adds splats, each of the sample with this index. May be called by several threads at once. Each row is locked once
+    /// for all of its splats, and its pixels are visited in order, so that many splats at a time take less time each.
+    pub fn add(&self, filter: &Filter, splats: &[(u64, Splat)]) {
         let shift = planted!("splats-half-a-pixel-off", 0.5, 0.0);
-        let film = film + Vec2::splat(shift);
-        let offset = |film: f32, pixel: u32| f64::from(film) - (f64::from(pixel) + 0.5);
-        let columns = covering(filter, film.x, self.window.x, self.window.width);
-        let first = (columns.start - self.window.x) as usize;
+        let offset = |film: f32, pixel: u32| f64::from(film + shift) - (f64::from(pixel) + 0.5);
         // Weights along the columns are the same in every row.
-        let mut weights = [0.0; MAX_COVERED];
-        let weights = &mut weights[..columns.len()];
-        for (weight, x) in weights.iter_mut().zip(columns) {
-            *weight = filter.evaluate_axis(offset(film.x, x));
+        let mut weights = Vec::with_capacity(splats.len());
+        let mut in_rows = Vec::with_capacity(splats.len());
+        for (splat, (_, of_splat)) in splats.iter().enumerate() {
+            let film = of_splat.film_position;
+            let columns = covering(filter, film.x + shift, self.window.x, self.window.width);
+            let rows = covering(filter, film.y + shift, self.window.y, self.window.height);
+            let first_weight = weights.len();
+            let first_column = columns.start;
+            weights.extend(columns.map(|x| filter.evaluate_axis(offset(film.x, x))));
+            let weights = first_weight..weights.len();
+            in_rows.extend(rows.map(|y| SplatInRow {
+                y,
+                first_column,
+                splat,
+                weights: weights.clone(),
+            }));
         }
-        let mut covered = covering(filter, film.y, self.window.y, self.window.height);
-        let lock = |y: u32| (y, self.row((y - self.window.y) as usize));
-        while !covered.is_empty() {
-            let mut rows: [_; ROWS_AT_ONCE] = std::array::from_fn(|_| covered.next().map(lock));
-            for (y, row) in rows.iter_mut().flatten() {
-                let of_row = filter.evaluate_axis(offset(film.y, *y));
-                for (pixel, weight) in row[first..].iter_mut().zip(&*weights) {
+        in_rows.sort_unstable_by_key(|it| (it.y, it.first_column));
+        for in_row in in_rows.chunk_by(|a, b| a.y == b.y) {
+            let mut row = self.row((in_row[0].y - self.window.y) as usize);
+            for SplatInRow {
+                y,
+                first_column,
+                splat,
+                weights: of_columns,
+            } in in_row
+            {
+                let (
+                    sample,
+                    Splat {
+                        film_position,
+                        value,
+                    },
+                ) = splats[*splat];
+                let of_row = filter.evaluate_axis(offset(film_position.y, *y));
+                let pixels = &mut row[(first_column - self.window.x) as usize..];
+                for (pixel, weight) in pixels.iter_mut().zip(&weights[of_columns.clone()]) {
                     pixel.add(sample, value * (of_row * weight) as f32);
                 }
             }
@@ -209,7 +236,7 @@ impl Splats {
 /// The pixels, of `count` from `first` on, whose centre is above `at` minus the filter's radius, and not above `at`
 /// plus it.
 #[inline]
-fn covering(filter: &Filter, at: f32, first: u32, count: u32) -> std::ops::Range<u32> {
+fn covering(filter: &Filter, at: f32, first: u32, count: u32) -> Range<u32> {
     let (at, radius) = (f64::from(at) - 0.5, filter.radius());
     let (low, high) = (f64::from(first), f64::from(first) + f64::from(count));
     let from = ((at - radius).floor() + 1.0).clamp(low, high);
@@ -221,6 +248,7 @@ fn covering(filter: &Filter, at: f32, first: u32, count: u32) -> std::ops::Range
 mod tests {
     use super::*;
     use crate::film::filter::{FilterDescription, FilterKind};
+    use std::slice;
 
     const WINDOW: Window = Window {
         x: 2,
@@ -234,15 +262,23 @@ mod tests {
         Filter::new(&FilterDescription { kind, radius })
     }
 
+    fn splat(sample: u64, film_position: Vec2, value: Rgb) -> (u64, Splat) {
+        let splat = Splat {
+            film_position,
+            value,
+        };
+        (sample, splat)
+    }
+
     /// Splats over the window and around it, with values that differ by a factor of 10^9.
-    fn splats() -> Vec<(Vec2, Rgb)> {
+    fn splats() -> Vec<(u64, Splat)> {
         let number = |i: u32, k: f32| (i as f32 * k).fract();
-        let splat = |i| {
+        let of_index = |i: u32| {
             let at = Vec2::new(9.0 * number(i, 0.618_034), 7.0 * number(i, 0.414_214));
             let value = 10.0_f32.powf(9.0 * number(i, 0.732_051) - 6.0);
-            (at, Rgb::new(value, 1.0 / 3.0, 0.1 * value))
+            splat(i.into(), at, Rgb::new(value, 1.0 / 3.0, 0.1 * value))
         };
-        (0..2000).map(splat).collect()
+        (0..2000).map(of_index).collect()
     }
 
     #[test]
@@ -254,11 +290,9 @@ mod tests {
             one.add_samples(sample, 1);
             other.add_samples(sample, 1);
         }
-        for (i, (at, value)) in splats.iter().enumerate() {
-            one.add(&filter, i as u64, *at, *value);
-        }
-        for (i, (at, value)) in splats.iter().enumerate().rev() {
-            other.add(&filter, i as u64, *at, *value);
+        one.add(&filter, &splats);
+        for splat in splats.iter().rev() {
+            other.add(&filter, slice::from_ref(splat));
         }
         for pixel in 0..20 {
             assert_eq!(one.mean(pixel), other.mean(pixel));
@@ -272,11 +306,15 @@ mod tests {
         let all = Splats::new(WINDOW);
         all.add_samples(0, 10);
         let mut expected = [0.0; 20];
-        for (i, (at, value)) in splats().into_iter().enumerate() {
+        for of_sample in splats() {
+            let Splat {
+                film_position: at,
+                value,
+            } = of_sample.1;
             let (x, y) = (at.x.floor() - 2.0, at.y.floor() - 1.0);
             let is_inside = (0.0..5.0).contains(&x) && (0.0..4.0).contains(&y);
             assert_eq!(all.reaches(&filter, at), is_inside, "{at}");
-            all.add(&filter, i as u64, at, value);
+            all.add(&filter, &[of_sample]);
             if is_inside {
                 expected[y as usize * 5 + x as usize] += f64::from(value.to_array()[0]);
             }
@@ -287,7 +325,7 @@ mod tests {
         }
         // A border belongs to one of its two pixels.
         let borders = Splats::new(WINDOW);
-        borders.add(&filter, 0, Vec2::new(4.0, 2.5), Rgb::WHITE);
+        borders.add(&filter, &[splat(0, Vec2::new(4.0, 2.5), Rgb::WHITE)]);
         let lit = (0..20).filter(|&pixel| borders.mean(pixel)[0] > 0.0);
         assert_eq!(lit.collect::<Vec<_>>(), [7]);
     }
@@ -304,7 +342,7 @@ mod tests {
                 for j in 0..10 * FINE {
                     let at = |i: u32| (i as f32 + 0.5) / FINE as f32 - 2.0;
                     let place = Vec2::new(at(i), at(j));
-                    splats.add(&filter, u64::from(i + j), place, Rgb::WHITE);
+                    splats.add(&filter, &[splat(u64::from(i + j), place, Rgb::WHITE)]);
                 }
             }
             for pixel in 0..20 {
@@ -321,7 +359,7 @@ mod tests {
         let splats = Splats::new(WINDOW);
         for sample in 0..64 {
             let value = Rgb::grey((sample % BATCHES) as f32);
-            splats.add(&filter, sample, Vec2::new(2.5, 1.5), value);
+            splats.add(&filter, &[splat(sample, Vec2::new(2.5, 1.5), value)]);
             splats.add_samples(sample, 1);
         }
         let means = splats.batch_means(0);

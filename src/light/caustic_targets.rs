@@ -14,7 +14,7 @@ use crate::math::lanes::{LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::measure::{PdfArea, PdfSolidAngle};
 use crate::math::vec::{LaneVec3, Vec2, Vec3};
 use crate::sampling::warp;
-use std::f32::consts::PI;
+use std::f32::consts::{FRAC_1_PI, PI};
 
 /// The probability of sampling a ray towards a target, where there is one: most rays stay as the light emits them, since much
 /// light reaches metal and glass by way of other surfaces.
@@ -49,9 +49,25 @@ enum EmittedRays {
 struct ProjectedTargets {
     /// The axes of their cones, or the centres of their disks.
     axis: Lanes3,
-    /// The solid angles of their cones, or the areas of their disks: in proportion to the probability of selecting each. Zero
-    /// where no ray reaches it.
-    size: Lanes<f32>,
+    /// The squared sines of their cones, or the areas of their disks: the weights of selecting each. 2 for a sphere around
+    /// the point itself, and 0 where no ray reaches the target.
+    weight: Lanes<f32>,
+}
+
+/// Rays of sixteen lanes that leave lights at points, with the densities of their directions.
+#[repr(align(64))]
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PointRayLanes {
+    /// The points that they leave.
+    pub point: Lanes3,
+    /// The normals there; zero where rays leave in all directions.
+    pub normal: Lanes3,
+    /// 1 where both sides of the surface emit, else 0.
+    pub two_sided: Lanes<u32>,
+    /// Unit vectors along the rays.
+    pub direction: Lanes3,
+    /// The densities of the directions.
+    pub pdf: Lanes<f32>,
 }
 
 impl CausticTargets {
@@ -88,15 +104,15 @@ impl CausticTargets {
     ) {
         let rays = EmittedRays::of(&sample.end, sample.direction, two_sided);
         let targets = self.projected(rays);
-        let total = sum(targets.size);
+        let total = sum(targets.weight);
         if total <= 0.0 || u_choice >= TARGET_PROBABILITY {
             return;
         }
         let mut rest = u_choice / TARGET_PROBABILITY * total;
         let mut chosen = None;
-        for lane in (0..LANES).filter(|&lane| targets.size[lane] > 0.0) {
+        for lane in (0..LANES).filter(|&lane| targets.weight[lane] > 0.0) {
             chosen = Some(lane);
-            rest -= targets.size[lane];
+            rest -= targets.weight[lane];
             if rest < 0.0 {
                 break;
             }
@@ -104,15 +120,19 @@ impl CausticTargets {
         let Some(lane) = chosen else {
             return;
         };
-        let (axis, size): (Vec3, f32) = (load(&targets.axis, lane), targets.size[lane]);
+        let (axis, weight): (Vec3, f32) = (load(&targets.axis, lane), targets.weight[lane]);
         match rays {
             EmittedRays::From { .. } => {
-                let one_minus_cos = size / (2.0 * PI);
+                let one_minus_cos = if weight > 1.0 {
+                    2.0
+                } else {
+                    weight / (1.0 + cos_of_cone(weight))
+                };
                 let local = warp::sample_cone_uniform(u_direction, one_minus_cos);
                 sample.direction = Frame::from_normal(axis).to_world(local).normalize();
             }
             EmittedRays::Along(direction) => {
-                let d = (size / PI).sqrt() * warp::sample_disk_concentric(u_position);
+                let d = (weight / PI).sqrt() * warp::sample_disk_concentric(u_position);
                 let across = Frame::from_normal(-direction).to_world(Vec3::new(d.x, d.y, 0.0));
                 let p = axis + across;
                 // The ray begins in front of the whole scene.
@@ -136,26 +156,24 @@ impl CausticTargets {
             return;
         }
         let rays = EmittedRays::of(end, direction, two_sided);
-        let [total, hit] = match rays {
+        let [total, in_targets] = match rays {
             EmittedRays::From {
                 point,
                 normal,
                 two_sided,
-            } => sizes_from(
+            } => density_from(
                 self,
                 point.into(),
                 normal.into(),
                 two_sided,
                 direction.into(),
             ),
-            EmittedRays::Along(along) => sizes_along(self, along.into(), through.into()),
+            EmittedRays::Along(along) => density_along(self, along.into(), through.into()),
         };
         if total <= 0.0 {
             return;
         }
-        // Each target is selected in proportion to its size, over which its rays are spread.
-        let of_targets = TARGET_PROBABILITY * hit / total;
-        let mixed = |own: f32| (1.0 - TARGET_PROBABILITY) * own + of_targets;
+        let mixed = |own: f32| mixture(own, in_targets / total);
         match rays {
             EmittedRays::From { .. } => {
                 pdf.direction = pdf.direction.map(|own| PdfSolidAngle(mixed(own.0)));
@@ -164,12 +182,20 @@ impl CausticTargets {
         }
     }
 
+    /// Changes the densities of the directions of rays from points to those of the mixture.
+    #[inline]
+    pub fn mix_lanes(&self, rays: &mut PointRayLanes) {
+        if !self.is_empty() {
+            mix_directions(self, rays);
+        }
+    }
+
     /// The targets as seen by the rays.
     fn projected(&self, rays: EmittedRays) -> ProjectedTargets {
         match rays {
             EmittedRays::Along(_) => ProjectedTargets {
                 axis: self.center,
-                size: self.radius.map(disk),
+                weight: self.radius.map(disk),
             },
             EmittedRays::From {
                 point,
@@ -180,33 +206,47 @@ impl CausticTargets {
     }
 }
 
-/// The axis and the solid angle of a sphere's cone as seen by rays from a point: zero where no ray reaches it.
+/// The density of the mixture, given that of a light's own sampling and that of sampling the targets.
+#[inline(always)]
+fn mixture(own: f32, of_targets: f32) -> f32 {
+    (1.0 - TARGET_PROBABILITY) * own + TARGET_PROBABILITY * of_targets
+}
+
+/// The weight of a sphere's cone as seen by rays from a point, and the vector to its centre.
 #[inline(always)]
 fn cone(
     (center, radius): (LaneVec3, f32),
     point: LaneVec3,
     normal: LaneVec3,
     two_sided: bool,
-) -> (LaneVec3, f32) {
+) -> (f32, LaneVec3) {
     let offset = center - point;
     let is_behind = !two_sided & (offset.dot(normal) < -radius);
-    let distance2 = offset.dot(offset);
-    let sin2 = radius * radius / distance2;
-    let one_minus_cos = sin2 / (1.0 + (1.0 - sin2).sqrt());
-    // A sphere around the point itself fills all directions.
+    let sin2 = radius * radius / offset.dot(offset);
+    // A sphere around the point itself fills all directions, twice as many as the largest cone.
     let is_within = sin2 >= 1.0;
-    let size = if is_within {
-        4.0 * PI
-    } else {
-        2.0 * PI * one_minus_cos
-    };
     let is_reached = (radius > 0.0) & (is_within | !is_behind);
-    let axis = offset * (1.0 / distance2.sqrt());
-    let any = LaneVec3::from([0.0, 0.0, 1.0]);
-    (
-        if is_within { any } else { axis },
-        if is_reached { size } else { 0.0 },
-    )
+    let weight = if is_within { 2.0 } else { sin2 };
+    (if is_reached { weight } else { 0.0 }, offset)
+}
+
+/// The cosine of a cone with this weight; 0 for a sphere around the point.
+#[inline(always)]
+fn cos_of_cone(weight: f32) -> f32 {
+    (1.0 - weight.min(1.0)).sqrt()
+}
+
+/// The density of a direction within a cone, times the cone's weight; 0 beyond it. With the sine s and the cosine c, the
+/// weight s^2 over the solid angle 2 pi (1 - c) is (1 + c) / (2 pi).
+#[inline(always)]
+fn weighted_density((weight, offset): (f32, LaneVec3), radius: f32, direction: LaneVec3) -> f32 {
+    // The distance across the ray has no cancellation, as the squared cosine of a narrow cone would.
+    let along = offset.dot(direction);
+    let across = offset - direction * along;
+    let is_in_cone = (along > 0.0) & (across.dot(across) <= radius * radius);
+    let is_hit = (weight > 0.0) & ((weight > 1.0) | is_in_cone);
+    let density = (1.0 + cos_of_cone(weight)) * (0.5 * FRAC_1_PI);
+    if is_hit { density } else { 0.0 }
 }
 
 vectorised! {
@@ -220,55 +260,76 @@ vectorised! {
         let mut seen = ProjectedTargets::default();
         for lane in 0..LANES {
             let sphere = (load(&spheres.center, lane), spheres.radius[lane]);
-            let (axis, size) = cone(sphere, point.into(), normal.into(), two_sided);
-            store(&mut seen.axis, lane, axis);
-            seen.size[lane] = size;
+            let (weight, offset) = cone(sphere, point.into(), normal.into(), two_sided);
+            let axis = offset * (1.0 / offset.dot(offset).sqrt());
+            let any = LaneVec3::from([0.0, 0.0, 1.0]);
+            store(&mut seen.axis, lane, if weight > 1.0 { any } else { axis });
+            seen.weight[lane] = weight;
         }
         seen
     }
 }
 
 vectorised! {
-    /// The sum of the solid angles of the targets' cones, and the number of cones that contain the unit vector `direction`.
-    fn sizes_from(
+    /// The sum of the weights of the targets' cones, and the density of the unit vector `direction` in all of them, times
+    /// that sum.
+    fn density_from(
         spheres: &CausticTargets,
         point: [f32; 3],
         normal: [f32; 3],
         two_sided: bool,
         direction: [f32; 3],
     ) -> [f32; 2] {
-        let (mut sizes, mut hits) = ([0.0; LANES], [0.0; LANES]);
+        let (mut weights, mut densities) = ([0.0; LANES], [0.0; LANES]);
         for lane in 0..LANES {
-            let sphere = (load(&spheres.center, lane), spheres.radius[lane]);
-            let (axis, size) = cone(sphere, point.into(), normal.into(), two_sided);
-            // The square of the chord is 2 - 2 cos, without cancellation.
-            sizes[lane] = size;
-            hits[lane] = hit(size, axis - LaneVec3::from(direction));
+            let radius = spheres.radius[lane];
+            let sphere = (load(&spheres.center, lane), radius);
+            let cone = cone(sphere, point.into(), normal.into(), two_sided);
+            weights[lane] = cone.0;
+            densities[lane] = weighted_density(cone, radius, direction.into());
         }
-        [sum(sizes), sum(hits)]
+        [sum(weights), sum(densities)]
     }
 }
 
 vectorised! {
-    /// The sum of the areas of the targets' disks across the unit vector `along`, and the number of disks that a ray through
-    /// `through` meets.
-    fn sizes_along(spheres: &CausticTargets, along: [f32; 3], through: [f32; 3]) -> [f32; 2] {
-        let (mut sizes, mut hits) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let (size, along) = (disk(spheres.radius[lane]), LaneVec3::from(along));
-            let offset = load::<LaneVec3>(&spheres.center, lane) - LaneVec3::from(through);
-            sizes[lane] = size;
-            hits[lane] = hit(size, offset - along * offset.dot(along));
+    /// Changes the densities of directions from points to those of the mixture.
+    fn mix_directions(spheres: &CausticTargets, rays: &mut PointRayLanes) {
+        let (mut weights, mut densities) = ([0.0; LANES], [0.0; LANES]);
+        for target in 0..spheres.count {
+            let radius = spheres.radius[target];
+            let center: LaneVec3 = load(&spheres.center, target);
+            for lane in 0..LANES {
+                let (point, normal) = (load(&rays.point, lane), load(&rays.normal, lane));
+                let cone = cone((center, radius), point, normal, rays.two_sided[lane] != 0);
+                let direction = load(&rays.direction, lane);
+                weights[lane] += cone.0;
+                densities[lane] += weighted_density(cone, radius, direction);
+            }
         }
-        [sum(sizes), sum(hits)]
+        for lane in 0..LANES {
+            let (own, total) = (rays.pdf[lane], weights[lane]);
+            let mixed = mixture(own, densities[lane] / total);
+            rays.pdf[lane] = if total > 0.0 { mixed } else { own };
+        }
     }
 }
 
-/// 1 for a ray that meets a target of this size, at this distance from its axis or centre, and 0 for any other.
-#[inline(always)]
-fn hit(size: f32, distance: LaneVec3) -> f32 {
-    let is_hit = (size > 0.0) & (PI * distance.dot(distance) <= size);
-    if is_hit { 1.0 } else { 0.0 }
+vectorised! {
+    /// The sum of the areas of the targets' disks across the unit vector `along`, and the density of a ray through
+    /// `through` in all of them, times that sum: the number of disks that it meets.
+    fn density_along(spheres: &CausticTargets, along: [f32; 3], through: [f32; 3]) -> [f32; 2] {
+        let (mut areas, mut hits) = ([0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let (area, along) = (disk(spheres.radius[lane]), LaneVec3::from(along));
+            let offset = load::<LaneVec3>(&spheres.center, lane) - LaneVec3::from(through);
+            let across = offset - along * offset.dot(along);
+            let is_hit = (area > 0.0) & (PI * across.dot(across) <= area);
+            areas[lane] = area;
+            hits[lane] = if is_hit { 1.0 } else { 0.0 };
+        }
+        [sum(areas), sum(hits)]
+    }
 }
 
 /// The area of a sphere's disk across parallel rays.

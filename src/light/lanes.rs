@@ -155,6 +155,12 @@ impl LightSampleLanes {
         }
     }
 
+    /// Whether a lane has a sample.
+    #[inline(always)]
+    pub fn is_sampled(&self, lane: usize) -> bool {
+        self.end[lane] != ShadowRayEndKind::None as u32
+    }
+
     /// The sample of a lane.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Option<LightSample> {

@@ -11,6 +11,7 @@ pub mod cache_prepass;
 pub mod convergence;
 mod dispatch;
 pub mod first_hit;
+mod light_wavefront;
 mod metropolis;
 mod observed;
 pub mod options;

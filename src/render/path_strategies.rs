@@ -8,6 +8,7 @@
 //! Source: `integrator/light_paths/mod.rs`. Tested in `tests/rendering/strategies.rs`.
 
 use super::dispatch;
+use super::light_wavefront::LightWavefront;
 use super::pixel_block::PixelBlock;
 use super::sample_wavefront::{CameraRaySource, Estimator, PacketIndex, SampleWavefront};
 use super::settings::{PathReuseRule, RenderSettings};
@@ -21,6 +22,7 @@ use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
 use crate::film::splats::{SplatList, Splats};
 use crate::image::Image;
+use crate::integrator::Integrator;
 use crate::integrator::light_paths::LightPathSplats;
 use crate::integrator::observer::PathObserver;
 use crate::integrator::path::PathIntegrator;
@@ -105,6 +107,7 @@ impl KernelJob for PathStrategiesJob<'_> {
         let new = || TileScratch::<E> {
             wavefront: SampleWavefront::default(),
             estimator: Estimator::new(scene, self.integrator),
+            light_wavefront: LightWavefront::default(),
             light_path_splats: LightPathSplats {
                 reaches: &reaches,
                 with_gains: false,
@@ -121,6 +124,7 @@ impl KernelJob for PathStrategiesJob<'_> {
 struct TileScratch<'a, E: Effects> {
     wavefront: SampleWavefront,
     estimator: Estimator<'a, E, PathIntegrator>,
+    light_wavefront: LightWavefront,
     light_path_splats: LightPathSplats<'a>,
 }
 
@@ -137,6 +141,7 @@ impl PathStrategiesJob<'_> {
         let TileScratch {
             wavefront,
             estimator,
+            light_wavefront,
             light_path_splats,
         } = scratch;
         for block in PixelBlock::covering(tile, 1) {
@@ -159,13 +164,16 @@ impl PathStrategiesJob<'_> {
                         self.add(strategy, &index, lane, weight * value);
                     }
                 }
-                wavefront.trace_light_paths(estimator, tile, light_path_splats);
-                let splats = &self.splats[PathStrategy::LightPaths as usize];
-                for it in light_path_splats.splats.drain(..).map(|it| it.splat) {
-                    if it.value.is_finite() {
-                        splats.add(filter, sample, it.film_position, it.value);
-                    }
-                }
+                let share = estimator.integrator.light_paths().share;
+                light_wavefront.clear();
+                wavefront.add_light_paths(share, tile, light_wavefront);
+                light_wavefront.trace(estimator, light_path_splats);
+                let splats = light_path_splats
+                    .splats
+                    .drain(..)
+                    .map(|it| (sample, it.splat));
+                let splats: Vec<_> = splats.filter(|(_, it)| it.value.is_finite()).collect();
+                self.splats[PathStrategy::LightPaths as usize].add(filter, &splats);
             }
         }
     }

@@ -8,6 +8,7 @@
 //! Range: any blocks and indices.
 //! Source: docs/architecture.md, "The life of a sample". Tested in `tests/rendering/determinism.rs`.
 
+use super::light_wavefront::{LightWavefront, SampleOrigin};
 use super::pixel_block::PixelBlock;
 use crate::accel::lanes::{ExcludedLanes, NO_ID};
 use crate::effects::{Effects, Switch};
@@ -64,6 +65,21 @@ impl<'a, E: Effects, I: Integrator> Estimator<'a, E, I> {
             scratch: I::Scratch::default(),
         }
     }
+
+    /// Traces a light path for each active lane of the samples, as [`Integrator::trace_light_paths`].
+    pub fn trace_light_paths(
+        &mut self,
+        samplers: &mut [AnySampler],
+        samples: &mut [SampleLanes],
+        splats: &mut LightPathSplats<'_>,
+    ) {
+        let Self {
+            scene,
+            integrator,
+            scratch,
+        } = self;
+        integrator.trace_light_paths::<E, _>(scene, samplers, samples, scratch, splats);
+    }
 }
 
 /// The samples of a wavefront, packet by packet.
@@ -75,8 +91,6 @@ pub struct SampleWavefront {
     samples: Vec<SampleLanes>,
     /// The requested samples of each packet.
     requested: Vec<ActiveLanes<LANES>>,
-    /// The light paths of the samples.
-    light_samples: Vec<SampleLanes>,
     /// The samplers of all lanes of all packets.
     samplers: Vec<AnySampler>,
     /// The positions of the samples in their pixels, if they are uniformly distributed there.
@@ -246,53 +260,32 @@ impl SampleWavefront {
         self.samples[packet].set_estimate(lane, radiance, closest, shadow);
     }
 
-    /// Traces the light paths of the samples whose pixels are in a window, and counts their rays with those of the samples,
-    /// which are estimated. The splats have the index of the sample in the wavefront ([`Self::sample_of`]).
-    pub fn trace_light_paths<E: Effects, I: Integrator>(
+    /// Adds the light paths of the estimated samples whose pixels are in a window.
+    pub fn add_light_paths(
         &mut self,
-        estimator: &mut Estimator<'_, E, I>,
+        share: LightPathShare,
         window: Window,
-        splats: &mut LightPathSplats<'_>,
+        light_paths: &mut LightWavefront,
     ) {
-        let Estimator {
-            scene,
-            integrator,
-            scratch,
-        } = estimator;
-        let share = integrator.light_paths().share;
         let paths_of_a_sample = if share == LightPathShare::Two { 2 } else { 1 };
         for number in 0..paths_of_a_sample {
             if number > 0 {
                 self.start_second_paths();
             }
-            self.begin_light_paths(share, window);
-            integrator.trace_light_paths::<E, _>(
-                scene,
-                &mut self.samplers,
-                &mut self.light_samples,
-                scratch,
-                splats,
-            );
-            for (light_samples, samples) in self.light_samples.iter().zip(&mut self.samples) {
-                for lane in light_samples.active.each() {
-                    samples.count_rays(lane, light_samples.estimate(lane).rays);
+            let samplers = self.samplers.chunks_mut(LANES);
+            let packets = self.indices.iter().zip(&self.samples).zip(samplers);
+            for ((index, samples), samplers) in packets {
+                let in_window = index.block.lanes_in(window);
+                let lanes = samples.active.and(|lane| in_window.has(lane));
+                for lane in share.lanes_with_path(samplers, &lanes).each() {
+                    let origin = SampleOrigin {
+                        pixel: index.block.pixel(lane),
+                        sample: index.sample,
+                    };
+                    let time = samples.packet.rays.time[lane];
+                    light_paths.add(origin, time, samplers[lane].clone());
                 }
             }
-        }
-    }
-
-    /// Sets the lanes and the times of light paths, of the samples whose pixels are in a window.
-    fn begin_light_paths(&mut self, share: LightPathShare, window: Window) {
-        self.light_samples.clear();
-        let samplers = self.samplers.chunks_mut(LANES);
-        let packets = self.indices.iter().zip(&self.samples).zip(samplers);
-        for ((index, samples), samplers) in packets {
-            let in_window = index.block.lanes_in(window);
-            let lanes = samples.active.and(|lane| in_window.has(lane));
-            let mut light_samples = SampleLanes::default();
-            light_samples.active = share.lanes_with_path(samplers, &lanes);
-            light_samples.packet.rays.time = samples.packet.rays.time;
-            self.light_samples.push(light_samples);
         }
     }
 
@@ -304,12 +297,6 @@ impl SampleWavefront {
             let pixels = [x.map(|x| x | SECOND_PATH), y];
             samplers.clone_from_slice(&samplers[0].start_lanes(&pixels, index.sample));
         }
-    }
-
-    /// The index of a sample in its pixel, and the pixel, by the sample's index in the wavefront.
-    pub fn sample_of(&self, sample_index: u32) -> (u64, [u32; 2]) {
-        let PacketIndex { block, sample } = self.indices[sample_index as usize / LANES];
-        (sample, block.pixel(sample_index as usize % LANES))
     }
 
     /// The value of a sample, once it is estimated: radiance along the camera ray, times the filter weight if its position is

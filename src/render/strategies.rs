@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::film::Window;
 use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
-use crate::film::splats::{Splats, Strategy};
+use crate::film::splats::{Splat, Splats, Strategy};
 use crate::image::Image;
 use crate::integrator::RayCounts;
 use crate::integrator::bidirectional::{Bidirectional, Contribution, SubpathScratch};
@@ -236,7 +236,13 @@ impl StrategySplats<'_> {
             let values = [contribution.unweighted, contribution.value()];
             for (splats, value) in splats.iter().zip(values) {
                 match contribution.film {
-                    Some(film) => splats.add(self.input.filter, 0, film, value),
+                    Some(film_position) => {
+                        let splat = Splat {
+                            film_position,
+                            value,
+                        };
+                        splats.add(self.input.filter, &[(0, splat)]);
+                    }
                     None => splats.add_to_pixel(0, pixel, share * value),
                 }
             }

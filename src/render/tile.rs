@@ -5,6 +5,7 @@
 //! Source: none needed. Tested in `tests/rendering/determinism.rs`.
 
 use super::dispatch::IntegratorJob;
+use super::light_wavefront::{LightWavefront, SampleOrigin};
 use super::pixel_block::PixelBlock;
 use super::sample_wavefront::{CameraRaySource, Estimator, PacketIndex, SampleWavefront};
 use super::tally::{NonFiniteSample, Rejected, Tally};
@@ -25,6 +26,9 @@ use std::ops::Range;
 
 /// An upper bound of the filter weight of a sample in any pixel.
 const MAX_WEIGHT: f32 = 16.0;
+
+/// The number of splats from which on they are added to the film: enough for many to lie in the same row.
+const PENDING_SPLATS: usize = 8192;
 
 /// The indices of the samples to be taken in a tile's pixels.
 #[derive(Debug, Clone)]
@@ -157,8 +161,12 @@ struct TileSampler<'a, E: Effects, I: Integrator> {
     wavefront: SampleWavefront,
     /// The splats of the current sample.
     sample_splats: SplatList<'a>,
-    /// The splats of light paths beside the camera paths of the wavefront.
+    /// The light paths beside the camera paths that have been traced.
+    light_wavefront: LightWavefront,
     light_path_splats: LightPathSplats<'a>,
+    /// Splats that are to be added to the film, and the variance that light paths save, each with the index of its sample.
+    pending_splats: Vec<(u64, Splat)>,
+    pending_gains: Vec<(u64, Splat)>,
     tally: Tally,
 }
 
@@ -178,6 +186,9 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
                 with_gains: source.gains.is_some(),
                 splats: Vec::new(),
             },
+            light_wavefront: LightWavefront::default(),
+            pending_splats: Vec::new(),
+            pending_gains: Vec::new(),
             tally: Tally::default(),
         }
     }
@@ -195,6 +206,8 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             self.add_block(tile, sources, block, &sample_range, observer);
         }
         self.advance(tile, observer);
+        self.trace_light_paths(tile);
+        self.add_splats();
         if let Some(splats) = self.source.splats {
             for (batch, count) in (0..).zip(sample_range.batch_counts(tile)) {
                 if planted!(
@@ -261,7 +274,7 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         let is_together = I::IS_WAVEFRONT && !observer.is_sequential();
         if is_together {
             self.wavefront.estimate(&mut self.estimator, observer);
-            self.trace_light_paths(tile);
+            self.add_light_paths(tile);
         }
         for packet in 0..self.wavefront.indices().len() {
             let mut kept = ActiveLanes::NONE;
@@ -281,40 +294,75 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             self.splat(tile, packet, kept);
         }
         self.wavefront.clear();
+        if self.pending_splats.len() >= PENDING_SPLATS {
+            self.add_splats();
+        }
     }
 
-    /// Traces the light paths of all samples, which are estimated, and adds their splats to the film.
-    fn trace_light_paths(&mut self, tile: &Tile) {
-        let Some(splats) = self.source.splats.filter(|_| E::LightPaths::ON) else {
-            return;
-        };
-        if !self.estimator.integrator.light_paths().is_on() {
+    /// Adds the light paths of the samples of the wavefront, which are estimated, and traces them when there are enough.
+    fn add_light_paths(&mut self, tile: &mut Tile) {
+        let light_paths = self.estimator.integrator.light_paths();
+        if !E::LightPaths::ON || !light_paths.is_on() || self.source.splats.is_none() {
             return;
         }
-        let of_wavefront = &mut self.light_path_splats;
+        let light_wavefront = &mut self.light_wavefront;
         self.wavefront
-            .trace_light_paths(&mut self.estimator, tile.window, of_wavefront);
+            .add_light_paths(light_paths.share, tile.window, light_wavefront);
+        if light_wavefront.is_full() {
+            self.trace_light_paths(tile);
+        }
+    }
+
+    /// Traces the light paths that have not been traced yet.
+    fn trace_light_paths(&mut self, tile: &mut Tile) {
+        if !E::LightPaths::ON {
+            return;
+        }
+        let traced = &mut self.light_path_splats;
+        self.light_wavefront.trace(&mut self.estimator, traced);
+        for (origin, rays) in self.light_wavefront.ray_counts() {
+            self.tally.rays += rays;
+            if let Some(of_pixels) = &mut tile.rays {
+                of_pixels[tile.window.index(origin.pixel)] += rays.total();
+            }
+        }
         for LightPathSplat {
             sample_index,
             splat,
             gain,
-        } in of_wavefront.splats.drain(..)
+        } in traced.splats.drain(..)
         {
-            let (sample, [x, y]) = self.wavefront.sample_of(sample_index);
-            let Splat {
-                film_position: film,
-                value,
-            } = splat;
-            if value.is_finite() {
-                let filter = self.source.rays.filter;
-                splats.add(filter, sample, film, value);
-                if let Some(gains) = self.source.gains.filter(|_| gain.is_finite()) {
-                    gains.add(filter, sample, film, gain);
+            let SampleOrigin { pixel, sample } = self.light_wavefront.origin(sample_index);
+            if splat.value.is_finite() {
+                self.pending_splats.push((sample, splat));
+                if traced.with_gains && gain.is_finite() {
+                    let value = gain;
+                    self.pending_gains.push((sample, Splat { value, ..splat }));
                 }
             } else {
+                let [x, y] = pixel;
                 let first = Some(NonFiniteSample { y, x, sample });
                 self.tally.rejected.merge(Rejected { count: 1, first });
             }
+        }
+        self.light_wavefront.clear();
+    }
+
+    /// Adds the pending splats to the film.
+    fn add_splats(&mut self) {
+        let SampleSource {
+            rays,
+            splats,
+            gains,
+        } = self.source;
+        for (sums, pending) in [
+            (splats, &mut self.pending_splats),
+            (gains, &mut self.pending_gains),
+        ] {
+            if let Some(sums) = sums {
+                sums.add(rays.filter, pending);
+            }
+            pending.clear();
         }
     }
 
@@ -365,16 +413,8 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
         let is_finite =
             largest.is_finite() && sample_splats.iter().all(|splat| splat.value.is_finite());
         if is_finite {
-            if let Some(splats) = self.source.splats {
-                for splat in &*sample_splats {
-                    splats.add(
-                        self.source.rays.filter,
-                        sample,
-                        splat.film_position,
-                        splat.value,
-                    );
-                }
-            }
+            let of_sample = sample_splats.iter().map(|splat| (sample, *splat));
+            self.pending_splats.extend(of_sample);
             if !is_splatted {
                 tile.pixels[tile.window.index([x, y])].add(sample, value);
             }

@@ -89,11 +89,13 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
         self.is_flat.or(true)
     }
 
-    /// Whether the shading normal had to be tilted for this `wo`: the BSDF is then not reciprocal.
-    #[inline]
-    pub fn is_tilted(&self) -> bool {
+    /// Whether the shading normal has to be tilted for the unit vector `w`, on either side: the BSDF is then not reciprocal.
+    /// Free of branches.
+    #[inline(always)]
+    pub fn is_tilted_for(&self, w: V) -> bool {
         let ns = self.ns.or(self.ng);
-        !self.is_flat.or(true) && self.frame.n != ns && self.frame.n != -ns
+        let side = if w.dot(self.ng) < 0.0 { -1.0 } else { 1.0 };
+        !self.is_flat.or(true) & !is_reflected_outwards(w, self.ng * side, ns * side)
     }
 
     /// Whether the shading frame for the unit vector `w`, on the same side as `wo`, is at the shape's own shading normal, and

@@ -46,7 +46,7 @@ fn both_ways(scene: &Scene, vertex: &V<'_>, to_camera: Vec3, to_light: Vec3) -> 
     if vertex.is_delta {
         let tilted = [to_camera, to_light]
             .iter()
-            .any(|&w| vertex.at.with_wo(w, vertex.transmits).is_tilted());
+            .any(|&w| vertex.at.is_tilted_for(w));
         return [1.0, if tilted { 0.0 } else { 1.0 }].map(PdfSolidAngle);
     }
     let scattering = vertex.scattering(scene, to_camera, to_light);

@@ -166,7 +166,7 @@ impl<'a, E: Effects> SubpathVertex<'a, E> {
         to_light: Vec3,
     ) -> Option<Scattering> {
         let (seen, is_transmitted) = self.seen(scene, to_camera, to_light)?;
-        let is_tilted = seen.is_tilted() || self.at.with_wo(to_light, self.transmits).is_tilted();
+        let is_tilted = [to_camera, to_light].iter().any(|&w| seen.is_tilted_for(w));
         let both_ways = PdfSolidAngle(1.0);
         let one_way = PdfSolidAngle(if is_tilted { 0.0 } else { 1.0 });
         let [of_camera, of_light] = [to_camera, to_light].map(|w| seen.frame.to_local(w).z.abs());

@@ -7,7 +7,10 @@
 
 use crate::effects::Effects;
 use crate::light::Light;
+use crate::light::caustic_targets::PointRayLanes;
+use crate::light::lanes::{LightContextLanes, LightSampleLanes};
 use crate::light::types::{EmissionPdf, EmissionSample, ShadowRayEnd};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store};
 use crate::math::rgb::Rgb;
 use crate::math::vec::{Vec2, Vec3};
 use crate::planted::planted;
@@ -96,12 +99,63 @@ pub fn density_of_ray(
     direction: Vec3,
     p: Vec3,
 ) -> f32 {
-    let pdf = planted!(
-        "caustic-targets-left-out-of-weight",
-        scene.pdf_emission(light, time, end, direction),
+    let pdf = if targets_are_in_weights() {
         pdf_of_ray(scene, light, time, end, direction, p)
-    );
+    } else {
+        scene.pdf_emission(light, time, end, direction)
+    };
     density(scene, light, end, direction, p, &pdf)
+}
+
+/// The densities of rays along the light samples of some lanes towards the points `p`, as [`density_of_ray`].
+pub fn densities_of_light_samples(
+    scene: &Scene,
+    lanes: &ActiveLanes<LANES>,
+    context: &LightContextLanes,
+    samples: &LightSampleLanes,
+    p: &Lanes3,
+) -> Lanes<f32> {
+    let mut e = [0.0; LANES];
+    let mut rays = PointRayLanes::default();
+    let mut from_points = ActiveLanes::<LANES>::NONE;
+    for lane in lanes.each() {
+        let Some(sample) = samples.get(lane) else {
+            continue;
+        };
+        let (light, time) = (context.light[lane], context.time[lane]);
+        let (direction, p) = (-sample.wi, load(p, lane));
+        let (point, normal) = match sample.end {
+            ShadowRayEnd::Surface(point, _) => (point.p, point.ng),
+            ShadowRayEnd::Point(point) => (point, Vec3::ZERO),
+            ShadowRayEnd::Infinity => {
+                e[lane] = density_of_ray(scene, light, time, &sample.end, direction, p);
+                continue;
+            }
+        };
+        let mut pdf = scene.pdf_emission(light, time, &sample.end, direction);
+        rays.pdf[lane] = pdf.direction.take().map_or(1.0, |pdf| pdf.0);
+        e[lane] = density(scene, light, &sample.end, direction, p, &pdf);
+        store(&mut rays.point, lane, point);
+        store(&mut rays.normal, lane, normal);
+        let leaves_all_around = matches!(sample.end, ShadowRayEnd::Point(_));
+        let two_sided = leaves_all_around || scene.lights.get(light).is_two_sided();
+        rays.two_sided[lane] = u32::from(two_sided);
+        store(&mut rays.direction, lane, direction);
+        from_points.set(lane, true);
+    }
+    if targets_are_in_weights() {
+        scene.caustic_targets.mix_lanes(&mut rays);
+    }
+    for lane in from_points.each() {
+        e[lane] *= rays.pdf[lane];
+    }
+    e
+}
+
+/// Whether the weights of the strategies take the sampling of caustic targets into account.
+#[inline(always)]
+fn targets_are_in_weights() -> bool {
+    planted!("caustic-targets-left-out-of-weight", false, true)
 }
 
 /// The densities of a ray, which lights the point `p`, in the measures of its light.

@@ -8,17 +8,17 @@
 //! Source: as in `light_paths/weights.rs`. Tested in `tests/rendering/light_paths.rs`.
 
 use super::super::indirect::Indirect;
-use super::super::light_paths::source::density_of_ray;
+use super::super::light_paths::source::{densities_of_light_samples, density_of_ray};
 use super::super::light_paths::weights::{DirectionPdf, camera_vertex_ratio, vertex_ratio};
 use super::super::observer::PathObserver;
 use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
 use super::scattering::replace;
-use super::shading::{LightPathLanes, PrincipledStage, StageScratch};
+use super::shading::{DirectLightLanes, LightPathLanes, PrincipledStage, StageScratch};
 use super::{PathIntegrator, PathWavefront};
 use crate::effects::{Effects, Slot, Switch};
 use crate::light::types::ShadowRayEnd;
-use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, vectorised};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::vec::{LaneVec3, Vec2, Vec3};
 use crate::planted::planted;
 use crate::scene::interaction::Interaction;
@@ -65,33 +65,13 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let (Some(lanes), Some(ratios)) = (light_paths.get_mut(), block.light_path_ratio()) else {
             return;
         };
-        lanes.light_path_over_nee = [0.0; LANES];
-        for lane in nee_lanes.each() {
+        let lit = nee_lanes.and(|lane| {
             let ratio = ratios[lane] * lanes.reverse_pdf_of_light_sample[lane];
-            if ratio == 0.0 || ratio.is_nan() {
-                continue;
-            }
-            let Some(sample) = direct_light.samples.get(lane) else {
-                continue;
-            };
-            let at: Interaction<E> = at.get(lane);
-            let (light, time) = (
-                direct_light.context.light[lane],
-                direct_light.context.time[lane],
-            );
-            let e = density_of_ray(scene, light, time, &sample.end, -sample.wi, at.p);
-            let nee = DirectionPdf {
-                pdf: sample
-                    .pdf
-                    .map_or(direct_light.context.pmf[lane], |pdf| pdf.0),
-                cos: sample.wi.dot(at.ng),
-            };
-            let to_camera = DirectionPdf {
-                pdf: ratio,
-                cos: at.wo.dot(at.ng),
-            };
-            lanes.light_path_over_nee[lane] = e * vertex_ratio(to_camera, nee);
-        }
+            ratio > 0.0 && direct_light.samples.is_sampled(lane)
+        });
+        let (context, samples) = (&direct_light.context, &direct_light.samples);
+        let e = densities_of_light_samples(scene, &lit, context, samples, &at.p);
+        compare_with_nee::<E>(at, ratios, &e, &lit, direct_light, lanes);
     }
 
     /// Sets the ratios of the paths of a block at the surfaces that the camera sees.
@@ -250,31 +230,29 @@ fn reverse_densities<E: Effects>(
         bsdfs.eval(wo, f, pdf);
         replace(active, &mut lanes.reverse_pdf_of_bsdf_sample, pdf);
     }
-    for lane in active.each() {
-        let is_scalar = bsdfs.scalar_lanes.has(lane);
-        let of_lane: Interaction<E> = at.get(lane);
-        let wi = of_lane.frame.to_world(load(&scattering.wi, lane));
-        let may_have_corrected_normal = |wi: Vec3| {
-            !of_lane.is_flat() && (of_lane.is_tilted() || with_wo(at, lane, wi).is_tilted())
-        };
-        let is_delta = scattering.pdf[lane] == f32::INFINITY;
-        if scattering.sampled.has(lane) && !is_delta && (is_scalar || may_have_corrected_normal(wi))
-        {
-            lanes.reverse_pdf_of_bsdf_sample[lane] = reverse_density(scene, at, lane, wi);
-        }
-        let wi = load(to_light, lane);
-        if nee_lanes.has(lane) && (is_scalar || may_have_corrected_normal(wi)) {
-            lanes.reverse_pdf_of_light_sample[lane] = reverse_density(scene, at, lane, wi);
+    let mut scattered = [[0.0; LANES]; 3];
+    to_world::<E>(at, &scattering.wi, &mut scattered);
+    for (w, lanes_with_w, pdf) in [
+        (
+            &scattered,
+            scattering
+                .sampled
+                .and(|lane| scattering.pdf[lane] != f32::INFINITY),
+            &mut lanes.reverse_pdf_of_bsdf_sample,
+        ),
+        (to_light, *nee_lanes, &mut lanes.reverse_pdf_of_light_sample),
+    ] {
+        let lanes_with_w = active.and(|lane| lanes_with_w.has(lane));
+        let tilted = tilted_lanes::<E>(at, w, &lanes_with_w);
+        let one_by_one = lanes_with_w.and(|lane| bsdfs.scalar_lanes.has(lane) || tilted.has(lane));
+        for lane in one_by_one.each() {
+            pdf[lane] = reverse_density(scene, at, lane, load(w, lane));
         }
     }
 }
 
 /// The surface of a lane as seen along the unit vector `w`.
-pub(super) fn with_wo<E: Effects>(
-    at: &InteractionLanes<E>,
-    lane: usize,
-    w: Vec3,
-) -> Interaction<E> {
+fn with_wo<E: Effects>(at: &InteractionLanes<E>, lane: usize, w: Vec3) -> Interaction<E> {
     let transmits = at.traits[lane] & ShapeTraits::TRANSMISSIVE != 0;
     at.get::<Vec3>(lane).with_wo(w, transmits)
 }
@@ -283,7 +261,7 @@ pub(super) fn with_wo<E: Effects>(
 fn is_tilted<E: Effects>(at: &InteractionLanes<E>, lane: usize, wi: &Lanes3) -> bool {
     let seen: Interaction<E> = at.get(lane);
     let wi = seen.frame.to_world(load(wi, lane));
-    !seen.is_flat() && (seen.is_tilted() || with_wo(at, lane, wi).is_tilted())
+    [seen.wo, wi].iter().any(|&w| seen.is_tilted_for(w))
 }
 
 /// The density with which a light path that arrives from the unit vector `wi` continues towards the camera.
@@ -297,6 +275,63 @@ fn reverse_density<E: Effects>(
     let seen: Interaction<E> = at.get(lane);
     let [from, to] = [wi, seen.wo].map(|w| from_light.frame.to_local(w));
     scene.bsdf(&seen).eval::<E>(from, to).pdf.0
+}
+
+vectorised! {
+    /// The ratios of the densities of a light path and of light sampling in the given lanes, zero in the others: `e` are the
+    /// densities of the light paths' first rays.
+    fn compare_with_nee<E: Effects>(
+        at: &InteractionLanes<E>,
+        ratios: &Lanes<f32>,
+        e: &Lanes<f32>,
+        lit: &ActiveLanes<LANES>,
+        direct_light: &DirectLightLanes,
+        lanes: &mut LightPathLanes,
+    ) {
+        let (context, samples) = (&direct_light.context, &direct_light.samples);
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let wi: LaneVec3 = load(&samples.wi, lane);
+            let of_delta_light = samples.pdf[lane] == f32::INFINITY;
+            let nee = DirectionPdf {
+                pdf: if of_delta_light { context.pmf[lane] } else { samples.pdf[lane] },
+                cos: wi.dot(at.ng),
+            };
+            let to_camera = DirectionPdf {
+                pdf: ratios[lane] * lanes.reverse_pdf_of_light_sample[lane],
+                cos: at.wo.dot(at.ng),
+            };
+            let over_nee = e[lane] * vertex_ratio(to_camera, nee);
+            lanes.light_path_over_nee[lane] = if lit.has(lane) { over_nee } else { 0.0 };
+        }
+    }
+}
+
+vectorised! {
+    /// The lanes, among the given ones, whose shading normal is tilted for `wo` or for the unit vector `w`.
+    pub(super) fn tilted_lanes<E: Effects>(
+        at: &InteractionLanes<E>,
+        w: &Lanes3,
+        lanes: &ActiveLanes<LANES>,
+    ) -> ActiveLanes<LANES> {
+        let mut tilted = ActiveLanes::NONE;
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            let is_tilted = at.is_tilted_for(at.wo) | at.is_tilted_for(load(w, lane));
+            tilted.set(lane, lanes.has(lane) & is_tilted);
+        }
+        tilted
+    }
+}
+
+vectorised! {
+    /// The directions `wi` of the shading frames in the world.
+    pub(super) fn to_world<E: Effects>(at: &InteractionLanes<E>, wi: &Lanes3, w: &mut Lanes3) {
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            store(w, lane, at.frame.to_world(load::<LaneVec3>(wi, lane)));
+        }
+    }
 }
 
 vectorised! {

@@ -11,7 +11,7 @@ use super::bootstrap::{Bootstrap, ChainStart};
 use super::{CANCEL_INTERVAL, ChainContext, ChainPath, EvaluationScratch};
 use crate::effects::Effects;
 use crate::effects::kernel::KernelJob;
-use crate::film::splats::Strategy;
+use crate::film::splats::{Splat, Strategy};
 use crate::planted::planted;
 use crate::render::tally::Tally;
 use crate::sampler::{Decision, Primary, Sampler};
@@ -61,10 +61,17 @@ impl<'a> ChainJob<'a> {
         let mut sampler = sampler.reseeded(self.seed);
         // The weight of the current path so far.
         let mut current_weight = 0.0;
+        let (film, filter) = (self.context.splats, self.context.filter);
+        let mut splats = Vec::new();
         for step in 0..self.steps {
-            if step % CANCEL_INTERVAL == 0 && (self.context.is_cancelled)() {
-                self.add(&current, current_weight);
-                return step;
+            if step % CANCEL_INTERVAL == 0 {
+                film.add(filter, &splats);
+                splats.clear();
+                if (self.context.is_cancelled)() {
+                    splats.extend(self.splat(&current, current_weight));
+                    film.add(filter, &splats);
+                    return step;
+                }
             }
             sampler.propose();
             let proposed = self.evaluate(edges, &mut sampler, tally, scratch);
@@ -74,18 +81,19 @@ impl<'a> ChainJob<'a> {
             match proposed {
                 Some(proposed) if sampler.acceptance_number() < accepted => {
                     sampler.accept();
-                    self.add(&current, current_weight);
+                    splats.extend(self.splat(&current, current_weight));
                     (current, current_weight) = (proposed, accepted);
                 }
                 proposed => {
                     sampler.reject();
                     if let Some(proposed) = proposed {
-                        self.add(&proposed, accepted);
+                        splats.extend(self.splat(&proposed, accepted));
                     }
                 }
             }
         }
-        self.add(&current, current_weight);
+        splats.extend(self.splat(&current, current_weight));
+        film.add(filter, &splats);
         self.steps
     }
 
@@ -103,17 +111,16 @@ impl<'a> ChainJob<'a> {
         paths.last().copied()
     }
 
-    /// Splats a path with the weight `counts`.
-    fn add(&self, path: &ChainPath, counts: f64) {
-        if counts <= 0.0 {
-            return;
-        }
-        let scale = (counts * self.mean / path.brightness()) as f32;
-        let context = self.context;
-        let value = scale * path.value;
-        context
-            .splats
-            .add(context.filter, self.batch, path.film, value);
+    /// The splat of a path with the weight `counts`, and its batch; none without weight.
+    fn splat(&self, path: &ChainPath, counts: f64) -> Option<(u64, Splat)> {
+        (counts > 0.0).then(|| {
+            let scale = (counts * self.mean / path.brightness()) as f32;
+            let splat = Splat {
+                film_position: path.film,
+                value: scale * path.value,
+            };
+            (self.batch, splat)
+        })
     }
 }
 

@@ -10,17 +10,17 @@ use super::super::super::indirect::Indirect;
 use super::super::super::technique::TechniqueSource;
 use super::super::PathIntegrator;
 use super::super::block::PathBlock;
+use super::super::light_path_weights::to_world;
 use super::super::shading::{ScatteringLanes, StageScratch};
 use super::LightPathStart;
 use super::towards_camera::{towards_camera, vertex};
 use crate::bsdf::BsdfSample;
 use crate::effects::{Effects, Slot};
-use crate::math::lanes::{LANES, Lanes3, load, store, vectorised};
+use crate::math::lanes::{LANES, load, store};
 use crate::math::rgb::Rgb;
-use crate::math::vec::{LaneVec3, Vec3};
+use crate::math::vec::Vec3;
 use crate::planted::planted;
 use crate::scene::Scene;
-use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
 
 impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
@@ -110,14 +110,4 @@ fn convert_delta_to_power<E: Effects>(
     scattering.eta2[lane] = 1.0;
     scattering.is_transmitted[lane] = u32::from(scattered.is_transmitted);
     scattering.sampled.set(lane, true);
-}
-
-vectorised! {
-    /// The directions `wi` of the shading frames in the world.
-    fn to_world<E: Effects>(at: &InteractionLanes<E>, wi: &Lanes3, w: &mut Lanes3) {
-        for lane in 0..LANES {
-            let at: Interaction<E, LaneVec3> = at.get(lane);
-            store(w, lane, at.frame.to_world(load::<LaneVec3>(wi, lane)));
-        }
-    }
 }

@@ -5,14 +5,14 @@
 //! Source: Veach 1997, section 5.3. Tested in `tests/rendering/light_paths.rs`.
 
 use super::super::super::bidirectional::vertex::{Densities, SubpathVertex, adjoint};
-use super::super::light_path_weights::with_wo;
+use super::super::light_path_weights::tilted_lanes;
 use super::super::scattering::replace;
 use super::super::shading::BsdfLanes;
 use crate::effects::{Effects, Slot};
 use crate::light::types::Receiver;
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::rgb::Rgb;
-use crate::math::vec::{LaneVec3, Vec3};
+use crate::math::vec::LaneVec3;
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
 use crate::scene::interaction::lanes::InteractionLanes;
@@ -70,15 +70,9 @@ pub(super) fn towards_camera<E: Effects>(
         replace(&stage.active, &mut towards.pdf_to_light, &stage.pdf);
     }
     multiply_by_adjoint::<E>(at, w, &to_light, &mut towards);
-    for lane in lanes.each() {
-        let of_lane: Interaction<E> = at.get(lane);
-        let may_have_corrected_normal = || {
-            let along: Vec3 = load(w, lane);
-            !of_lane.is_flat() && (of_lane.is_tilted() || with_wo(at, lane, along).is_tilted())
-        };
-        if !bsdfs.scalar_lanes.has(lane) && !may_have_corrected_normal() {
-            continue;
-        }
+    let tilted = tilted_lanes::<E>(at, w, lanes);
+    let one_by_one = lanes.and(|lane| bsdfs.scalar_lanes.has(lane) || tilted.has(lane));
+    for lane in one_by_one.each() {
         let vertex = vertex(scene, at, lane);
         let w = load(w, lane);
         let scattering = vertex.scattering(scene, w, vertex.at.wo);

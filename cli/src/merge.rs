@@ -298,7 +298,7 @@ fn metadata(
         ("filter", text(&filter)),
         ("adaptive", text(header.identity.name("adaptive"))),
         ("roulette", text(header.identity.name("roulette"))),
-        ("lightPaths", text(settings.light_path_share().name())),
+        ("lightPaths", text(settings.light_path_rule().name())),
         ("reuse", text(settings.reuse().name())),
         ("spp", MetadataValue::Real(header.samples() as f64)),
         ("seconds", MetadataValue::Real(header.seconds)),

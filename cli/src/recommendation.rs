@@ -96,7 +96,7 @@ const MISSES: f64 = 1e4;
 impl From<LightPathChoice> for LightPathReport {
     fn from(choice: LightPathChoice) -> Self {
         Self {
-            number: choice.share.name(),
+            number: choice.rule.name(),
             squared_error_without: (choice.ratio < MISSES).then_some(choice.ratio),
         }
     }

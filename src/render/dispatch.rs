@@ -8,7 +8,7 @@
 //! Range: every combination of settings.
 //! Source: none needed. Tested in `tests/rendering/determinism.rs` and `tests/rendering/integrators.rs`.
 
-use super::settings::{RenderSettings, SamplerKind};
+use super::settings::{LightPathRule, RenderSettings, SamplerKind};
 use crate::effects::kernel::{KernelJob, types};
 use crate::effects::{Effect, Effects, Kernel};
 use crate::error::{Error, Result};
@@ -179,6 +179,7 @@ pub fn path_with_all(settings: &RenderSettings) -> PathIntegrator {
         light_paths: LightPaths {
             share: settings.light_path_share(),
             pixels: settings.window.pixel_count(),
+            caustics_only: matches!(settings.light_path_rule(), LightPathRule::Caustics(_)),
         },
         reuse: settings.reuse(),
         ..path(settings, Weighted, Uncached)

@@ -120,8 +120,8 @@ impl RenderOptions {
 
     /// Refuses requested light paths that the settings cannot have.
     fn refuse_light_paths(&self, settings: &RenderSettings) -> Result<()> {
-        if !matches!(self.light_paths, Some(LightPathRule::Share(share)) if share != LightPathShare::None)
-        {
+        let requested = self.light_paths.map(LightPathRule::share);
+        if requested.unwrap_or_default() == LightPathShare::None {
             return Ok(());
         }
         if settings.adaptive == Adaptive::Greedy {

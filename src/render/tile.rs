@@ -11,6 +11,7 @@ use super::sample_wavefront::{CameraRaySource, Estimator, PacketIndex, SampleWav
 use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::{Effects, Switch};
 use crate::film::batches::BATCHES;
+use crate::film::gain_sums::GainSums;
 use crate::film::splats::{Splat, SplatList, Splats};
 use crate::film::splatted::SplattedSamples;
 use crate::film::{Tile, Window};
@@ -92,7 +93,7 @@ pub struct SampleSource<'a> {
     /// The splats of the film, for light in other pixels.
     pub splats: Option<&'a Splats>,
     /// The sums of the variance that light paths save, if they are wanted.
-    pub gains: Option<&'a Splats>,
+    pub gains: Option<&'a GainSums>,
 }
 
 impl SampleSource<'_> {
@@ -164,9 +165,10 @@ struct TileSampler<'a, E: Effects, I: Integrator> {
     /// The light paths beside the camera paths that have been traced.
     light_wavefront: LightWavefront,
     light_path_splats: LightPathSplats<'a>,
-    /// Splats that are to be added to the film, and the variance that light paths save, each with the index of its sample.
+    /// Splats that are to be added to the film, each with the index of its sample.
     pending_splats: Vec<(u64, Splat)>,
-    pending_gains: Vec<(u64, Splat)>,
+    /// Likewise the variance that light paths save: by caustics, and by others.
+    pending_gains: [Vec<(u64, Splat)>; 2],
     tally: Tally,
 }
 
@@ -188,7 +190,7 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             },
             light_wavefront: LightWavefront::default(),
             pending_splats: Vec::new(),
-            pending_gains: Vec::new(),
+            pending_gains: Default::default(),
             tally: Tally::default(),
         }
     }
@@ -330,6 +332,7 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             sample_index,
             splat,
             gain,
+            is_caustic,
         } in traced.splats.drain(..)
         {
             let SampleOrigin { pixel, sample } = self.light_wavefront.origin(sample_index);
@@ -337,7 +340,8 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
                 self.pending_splats.push((sample, splat));
                 if traced.with_gains && gain.is_finite() {
                     let value = gain;
-                    self.pending_gains.push((sample, Splat { value, ..splat }));
+                    let pending = &mut self.pending_gains[usize::from(!is_caustic)];
+                    pending.push((sample, Splat { value, ..splat }));
                 }
             } else {
                 let [x, y] = pixel;
@@ -355,9 +359,11 @@ impl<'a, E: Effects, I: Integrator> TileSampler<'a, E, I> {
             splats,
             gains,
         } = self.source;
+        let [caustics, others] = &mut self.pending_gains;
         for (sums, pending) in [
             (splats, &mut self.pending_splats),
-            (gains, &mut self.pending_gains),
+            (gains.map(|gains| &gains.caustics), caustics),
+            (gains.map(|gains| &gains.others), others),
         ] {
             if let Some(sums) = sums {
                 sums.add(rays.filter, pending);

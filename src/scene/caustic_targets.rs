@@ -19,6 +19,10 @@ use crate::math::rgb::Rgb;
 /// The largest perceptual roughness of a surface that casts caustics.
 const MAX_ROUGHNESS: f32 = 0.35;
 
+/// The largest perceptual roughness of a glossy surface. In suzanne-room, whose floor has 0.4, the squared error is the same as
+/// if all surfaces were glossy; if only those that cast caustics are, it is larger by 17 %.
+const MAX_GLOSSY_ROUGHNESS: f32 = 0.5;
+
 /// The least exponent of a Phong lobe that casts caustics: about as wide as a lobe of the largest roughness.
 const MIN_EXPONENT: f32 = 100.0;
 
@@ -52,6 +56,28 @@ pub fn casts_caustics(material: &MaterialDescription) -> bool {
             is_smooth(rough * roughness) && transmission.max(metal * metallic) >= MIN_SHARE
         }
     }
+}
+
+/// Whether a material has a lobe that is so much narrower than a diffuse one that light paths may find what it throws better
+/// than camera paths do.
+pub fn is_glossy(material: &MaterialDescription) -> bool {
+    let is_coated = material.clear_coat.is_some_and(|coat| coat.weight > 0.0);
+    let is_narrow = |roughness: f32| roughness <= MAX_GLOSSY_ROUGHNESS;
+    let of_base = match &material.model {
+        MaterialModel::Diffuse { .. } => false,
+        MaterialModel::Mirror { .. }
+        | MaterialModel::ThinDielectric { .. }
+        | MaterialModel::Phong { .. } => true,
+        MaterialModel::Conductor { roughness, .. }
+        | MaterialModel::Dielectric { roughness, .. }
+        | MaterialModel::Plastic { roughness, .. } => is_narrow(*roughness),
+        MaterialModel::Principled { roughness, .. } => {
+            let map = material.metallic_roughness_map.as_deref();
+            let [_, of_map, _] = map.map_or(Rgb::WHITE, Texture::mean).to_array();
+            is_narrow(of_map * roughness)
+        }
+    };
+    of_base || is_coated
 }
 
 /// Returns the caustic targets of a scene.

@@ -4,6 +4,7 @@
 //! Range: the shapes of a world, in order.
 //! Source: docs/architecture.md. Tested through `prepare.rs` and in `tests/loading/lights.rs`.
 
+use super::caustic_targets::is_glossy;
 use super::description::{CameraDescription, ColourDescription, LightModel, SceneDescription};
 use super::effects;
 use super::emitters::{AddedShape, Emitters, InstanceTransform};
@@ -123,6 +124,7 @@ impl Gathered<'_> {
             let description = &self.description.shapes[shape];
             let number = self.shapes.len() as u32;
             let material = &self.materials[description.material];
+            let described = &self.description.materials[description.material];
             let added = AddedShape {
                 number,
                 description,
@@ -139,7 +141,8 @@ impl Gathered<'_> {
                 .traits()
                 .with_if(ShapeTraits::EMISSIVE, emitter.is_some())
                 .with_if(ShapeTraits::TEXTURED, shines_by_texture)
-                .with_if(ShapeTraits::FLAT, is_flat);
+                .with_if(ShapeTraits::FLAT, is_flat)
+                .with_if(ShapeTraits::GLOSSY, is_glossy(described));
             self.shapes.push(ShapeAttributes {
                 described: shape as u32,
                 material: description.material as u32,

@@ -24,6 +24,9 @@ impl ShapeTraits {
     /// Its material tilts normals.
     pub const NORMAL_MAPPED: u32 = 1 << 6;
 
+    /// Its material has a lobe that is narrower than a diffuse one.
+    pub const GLOSSY: u32 = 1 << 7;
+
     /// Whether the shape has a trait.
     #[inline]
     pub fn has(self, one: u32) -> bool {

@@ -69,7 +69,7 @@ impl RenderJob<'_> {
         };
         let light_paths = match self.choices.light_paths.map(LightPathReport::from) {
             Some(choice) => choice.describe(),
-            None => self.settings.light_path_share().name().to_owned(),
+            None => self.settings.light_path_rule().name().to_owned(),
         };
         let reuse = match self.choices.reuse.map(ReuseReport::from) {
             Some(choice) => choice.describe(),

@@ -328,7 +328,7 @@ impl RenderJob<'_> {
             ("adaptive", text(self.settings.adaptive.name())),
             ("filter", text(&self.filter())),
             ("roulette", text(&self.settings.roulette().to_string())),
-            ("lightPaths", text(self.settings.light_path_share().name())),
+            ("lightPaths", text(self.settings.light_path_rule().name())),
             ("reuse", text(self.settings.reuse().name())),
             ("spp", MetadataValue::Real(rendered.spp as f64)),
             (

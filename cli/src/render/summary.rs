@@ -99,7 +99,7 @@ impl RenderJob<'_> {
             auto: self.auto.map(|it| it.why.clone()),
             filter: self.filter(),
             roulette: self.settings.roulette().to_string(),
-            light_paths: self.settings.light_path_share().name(),
+            light_paths: self.settings.light_path_rule().name(),
             reuse: self.settings.reuse().name(),
             sampler: self.settings.sampler.name(),
             adaptive: self.settings.adaptive.name(),

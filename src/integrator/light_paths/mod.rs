@@ -10,6 +10,10 @@
 //! seen. The weights w, by the power heuristic, sum to one for every path (`weights.rs`). Light paths find the light that
 //! glass and metal throw onto matte surfaces; nothing is stored, and surfaces are not connected to each other.
 //!
+//! Among matte surfaces light sampling finds the light as well. Where light paths are for caustics only, they are connected to
+//! the lens at those surfaces alone that lie beyond a glossy or smooth one, and all other paths have the weights of camera
+//! paths alone: each path has either three strategies or two, by its own surfaces, whichever end it is traced from.
+//!
 //! Measure: radiance; splats as in `film/splats.rs`.
 //! Range: any scene. No strategy finds a path from a light that no ray can hit, such as a point light, if the first surfaces
 //! from both ends scatter by delta lobes.
@@ -105,6 +109,8 @@ pub struct LightPaths {
     pub share: LightPathShare,
     /// The number of pixels over which the camera paths are spread.
     pub pixels: u64,
+    /// Whether only caustics are found: paths with a glossy or smooth surface between their first and their last one.
+    pub caustics_only: bool,
 }
 
 impl LightPaths {
@@ -112,6 +118,7 @@ impl LightPaths {
     pub const NONE: Self = Self {
         share: LightPathShare::None,
         pixels: 0,
+        caustics_only: false,
     };
 
     /// Whether there are any.
@@ -146,4 +153,6 @@ pub struct LightPathSplat {
     pub splat: Splat,
     /// The variance that the light path saves, in squares of the splat's unit; zero unless gains are wanted.
     pub gain: Rgb,
+    /// Whether the light path is a caustic.
+    pub is_caustic: bool,
 }

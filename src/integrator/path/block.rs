@@ -15,6 +15,7 @@ use crate::math::rgb::Rgb;
 use crate::math::robust::offset_point;
 use crate::math::vec::{Vec3, Vector};
 use crate::planted::planted;
+use crate::scene::ShapeTraits;
 use crate::scene::interaction::Interaction;
 
 /// Marks a path for which no light was sampled.
@@ -43,6 +44,9 @@ pub struct PathBlock<E: Effects> {
     /// The ratios of the densities of light paths and of these paths, without that of the light path's first ray; zero
     /// on camera rays.
     light_path_ratio: EffectState<E::LightPaths, Lanes<f32>>,
+    /// The lanes whose path is a caustic if it ends here: of a camera path, any surface but the first is glossy or smooth; of
+    /// a light path, any but the last.
+    caustic: EffectState<E::LightPaths, ActiveLanes<LANES>>,
     /// The points of the last scattering events, and their normals as receivers of light.
     prev_point: Lanes3,
     prev_normal: EffectState<E::ManyLights, Lanes3>,
@@ -67,6 +71,7 @@ impl<E: Effects> Default for PathBlock<E> {
             radiance: [zero; 3],
             eta_scale: Slot::new(|| zero),
             light_path_ratio: Slot::new(|| zero),
+            caustic: Slot::new(|| ActiveLanes::NONE),
             prev_point: [zero; 3],
             prev_normal: Slot::new(|| [zero; 3]),
             prev_pdf: zero,
@@ -97,6 +102,9 @@ impl<E: Effects> PathBlock<E> {
         if let Some(ratio) = self.light_path_ratio.get_mut() {
             *ratio = zero;
         }
+        if let Some(caustic) = self.caustic.get_mut() {
+            *caustic = ActiveLanes::NONE;
+        }
         self.prev_pdf = [f32::INFINITY; LANES];
         self.chosen_light = [NO_LIGHT; LANES];
         self.closest_rays = [0; LANES];
@@ -123,6 +131,9 @@ impl<E: Effects> PathBlock<E> {
             eta_scale[lane] = 1.0;
         }
         self.set_light_path_ratio(lane, 0.0);
+        if let Some(caustic) = self.caustic.get_mut() {
+            caustic.set(lane, false);
+        }
         self.set_prev_vertex(lane, None);
         self.chosen_light[lane] = NO_LIGHT;
         self.closest_rays[lane] = 0;
@@ -149,6 +160,9 @@ impl<E: Effects> PathBlock<E> {
         }
         if let Some(of) = other.light_path_ratio.get() {
             self.set_light_path_ratio(lane, of[from]);
+        }
+        if let (Some(to), Some(of)) = (self.caustic.get_mut(), other.caustic.get()) {
+            to.set(lane, of.has(from));
         }
         copy(&mut self.prev_point, &other.prev_point);
         if let (Some(to), Some(of)) = (self.prev_normal.get_mut(), other.prev_normal.get()) {
@@ -228,6 +242,26 @@ impl<E: Effects> PathBlock<E> {
     pub fn set_light_path_ratio(&mut self, lane: usize, ratio: f32) {
         if let Some(to) = self.light_path_ratio.get_mut() {
             to[lane] = ratio;
+        }
+    }
+
+    /// The lanes, among the given ones, whose path is a caustic if it ends here.
+    #[inline(always)]
+    pub fn caustic_lanes(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
+        match self.caustic.get() {
+            Some(caustic) => lanes.and(|lane| caustic.has(lane)),
+            None => ActiveLanes::NONE,
+        }
+    }
+
+    /// Marks the paths as caustics whose current surface is glossy or smooth, by the traits of the surfaces.
+    #[inline(always)]
+    pub fn meet_surfaces(&mut self, traits: &Lanes<u32>) {
+        if let Some(caustic) = self.caustic.get_mut() {
+            for (lane, traits) in traits.iter().enumerate() {
+                let is_glossy = traits & ShapeTraits::GLOSSY != 0;
+                caustic.0[lane] |= if is_glossy { -1 } else { 0 };
+            }
         }
     }
 

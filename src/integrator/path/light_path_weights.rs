@@ -53,7 +53,12 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                 lanes.reverse_pdf_of_light_sample = [1.0; LANES];
                 lanes.reverse_pdf_of_bsdf_sample = [1.0; LANES];
             }
-        } else {
+        }
+        if planted!("first-surface-makes-a-caustic", true, wavefront.bounce > 0) {
+            block.meet_surfaces(&stage.at.traits);
+        }
+        let nee_lanes = &self.light_path_lanes(block, nee_lanes);
+        if wavefront.bounce > 0 {
             reverse_densities(scene, &block.active, stage, nee_lanes);
         }
         let StageScratch {
@@ -72,6 +77,20 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let (context, samples) = (&direct_light.context, &direct_light.samples);
         let e = densities_of_light_samples(scene, &lit, context, samples, &at.p);
         compare_with_nee::<E>(at, ratios, &e, &lit, direct_light, lanes);
+    }
+
+    /// The lanes, among the given ones, whose path light paths find, if it ends at its current surface.
+    #[inline(always)]
+    pub(super) fn light_path_lanes<E: Effects>(
+        &self,
+        block: &PathBlock<E>,
+        lanes: &ActiveLanes<LANES>,
+    ) -> ActiveLanes<LANES> {
+        if self.light_paths.caustics_only {
+            block.caustic_lanes(lanes)
+        } else {
+            *lanes
+        }
     }
 
     /// Sets the ratios of the paths of a block at the surfaces that the camera sees.
@@ -140,6 +159,16 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         }
     }
 
+    /// The ratio of the densities of a light path and of the path of a lane, without that of the light path's first ray; zero
+    /// where no light path finds it.
+    fn ratio_of_lane<E: Effects>(&self, block: &PathBlock<E>, lane: usize) -> f32 {
+        let one = block.active.and(|it| it == lane);
+        match block.light_path_ratio() {
+            Some(ratios) if self.light_path_lanes(block, &one).any() => ratios[lane],
+            _ => 0.0,
+        }
+    }
+
     /// The ratio of the densities of a light path and of the path that has hit an emitting surface.
     pub(super) fn light_path_ratio_at_emitter<E: Effects>(
         &self,
@@ -148,7 +177,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         lane: usize,
         at: &Interaction<E>,
     ) -> f32 {
-        let ratio = block.light_path_ratio().map_or(0.0, |ratios| ratios[lane]);
+        let ratio = self.ratio_of_lane(block, lane);
         if ratio == 0.0 {
             return 0.0;
         }
@@ -171,7 +200,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         dir: Vec3,
         light: u32,
     ) -> f32 {
-        let ratio = block.light_path_ratio().map_or(0.0, |ratios| ratios[lane]);
+        let ratio = self.ratio_of_lane(block, lane);
         if ratio == 0.0 {
             return 0.0;
         }

@@ -5,7 +5,8 @@
 //! samples, of which a pilot has none. So the pilot renders with light paths, and each of them tells by how much the
 //! variance of its own contribution would be larger without ([`LightRatios::gain`]). With V the variance of a sample of the
 //! pilot and D the sum of these gains for a sample, both over the squared truth, light paths pay if 1 + D / V is above the
-//! ratio of the times of a sample. That ratio is between 1.2 and 1.6 in the scenes of docs/hard-light.md with surfaces that
+//! ratio of the times of a sample. Where the gains of light paths that are no caustics are small, only caustics are connected
+//! to the lens, which takes less time. That ratio is between 1.2 and 1.6 in the scenes of docs/hard-light.md with surfaces that
 //! cast caustics.
 //!
 //! Measure: relative variance.
@@ -23,6 +24,7 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
+use crate::film::gain_sums::GainSums;
 use crate::film::splats::Splats;
 use crate::film::{Film, Window};
 use crate::integrator::light_paths::LightPathShare;
@@ -44,8 +46,8 @@ const SHARE: LightPathShare = LightPathShare::Quarter;
 /// The choice of a number of light paths, and its reason.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LightPathChoice {
-    /// The number for each camera path.
-    pub share: LightPathShare,
+    /// The number for each camera path, and which of them are connected to the lens.
+    pub rule: LightPathRule,
     /// The squared error of as many samples without light paths, over that with them.
     pub ratio: f64,
 }
@@ -54,6 +56,9 @@ impl LightPathChoice {
     /// The ratio of variances above which light paths pay: a pilot that has not sampled the rarest paths measures less than there
     /// is.
     pub const MIN_RATIO: f64 = 1.25;
+
+    /// The same for light paths that are no caustics, beside those that are.
+    const MIN_RATIO_OF_OTHERS: f64 = 1.1;
 }
 
 /// Chooses the number of light paths for settings by which it follows from the scene; `None` where no pilot is needed.
@@ -83,22 +88,26 @@ pub fn choose(
         ..pilot_settings(settings, SEED, SPP)
     };
     let mut film = Film::new(window, pilot.tile_size).with_splats();
-    let gains = Splats::new(window);
+    let gains = GainSums::new(window);
     let (tiles, splats) = film.tiles_and_splats();
     let sums = (tiles.iter_mut().collect(), splats, Some(&gains));
     take_samples(&scene, threads, &pilot, sums, observer)?;
-    let ratio = ratio_of_variances(&film, &gains);
-    let share = if ratio > LightPathChoice::MIN_RATIO {
-        SHARE
+    let saved = [&gains.caustics, &gains.others].map(|gains| saved_over_rest(&film, gains));
+    let [of_caustics, of_others] = saved;
+    let ratio = 1.0 + of_caustics + of_others;
+    let rule = if ratio <= LightPathChoice::MIN_RATIO {
+        LightPathRule::Share(LightPathShare::None)
+    } else if 1.0 + of_others < LightPathChoice::MIN_RATIO_OF_OTHERS {
+        LightPathRule::Caustics(SHARE)
     } else {
-        LightPathShare::None
+        LightPathRule::Share(SHARE)
     };
-    Ok(Some(LightPathChoice { share, ratio }))
+    Ok(Some(LightPathChoice { rule, ratio }))
 }
 
-/// The variance of the image of camera paths alone over that with light paths, both over the squared truth: a mean over 25
-/// pixels. 1 where nothing varies.
-fn ratio_of_variances(film: &Film, gains: &Splats) -> f64 {
+/// The variance that light paths save, over that which is left, both over the squared truth: a mean over 25 pixels. 0 where
+/// nothing varies.
+fn saved_over_rest(film: &Film, gains: &Splats) -> f64 {
     let window = film.window();
     let image = film.develop();
     let mean = image.mean().iter().sum::<f64>() / 3.0;
@@ -119,8 +128,8 @@ fn ratio_of_variances(film: &Film, gains: &Splats) -> f64 {
     saved.sort_by(f64::total_cmp);
     let median = 0.5 * (saved[1] + saved[2]);
     if with > 0.0 {
-        1.0 + BATCHES as f64 * median / with
+        BATCHES as f64 * median / with
     } else {
-        1.0
+        0.0
     }
 }

@@ -74,7 +74,7 @@ pub struct PathChoices {
 impl PathChoices {
     /// Settings with the number of light paths in place of `auto`.
     fn apply_light_paths(&self, settings: &RenderSettings) -> RenderSettings {
-        settings.with_light_paths(self.light_paths.map(|choice| choice.share))
+        settings.with_light_paths(self.light_paths.map(|choice| choice.rule))
     }
 
     /// Settings with all choices in place of `auto`.

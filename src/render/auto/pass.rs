@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::film::Tile;
 use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterDescription, FilterKind, FilterSampling};
+use crate::film::gain_sums::GainSums;
 use crate::film::splats::Splats;
 use crate::image::Image;
 use crate::integrator::RayCounts;
@@ -44,7 +45,7 @@ pub fn take_samples(
     scene: &Scene,
     threads: &Threads,
     settings: &RenderSettings,
-    (tiles, splats, gains): (Vec<&mut Tile>, Option<&Splats>, Option<&Splats>),
+    (tiles, splats, gains): (Vec<&mut Tile>, Option<&Splats>, Option<&GainSums>),
     observer: &dyn RenderObserver,
 ) -> Result<RayCounts> {
     dispatch::check(scene, settings)?;

@@ -74,6 +74,8 @@ pub enum LightPathRule {
     Auto,
     /// A fixed number.
     Share(LightPathShare),
+    /// A fixed number, which are connected to the lens only beyond a glossy or smooth surface.
+    Caustics(LightPathShare),
 }
 
 impl LightPathRule {
@@ -85,13 +87,32 @@ impl LightPathRule {
         Self::Share(LightPathShare::Half),
         Self::Share(LightPathShare::One),
         Self::Share(LightPathShare::Two),
+        Self::Caustics(LightPathShare::Quarter),
+        Self::Caustics(LightPathShare::Half),
+        Self::Caustics(LightPathShare::One),
+        Self::Caustics(LightPathShare::Two),
     ];
+
+    /// The number of light paths for each camera path; none by `auto`.
+    pub fn share(self) -> LightPathShare {
+        match self {
+            Self::Auto => LightPathShare::None,
+            Self::Share(share) | Self::Caustics(share) => share,
+        }
+    }
 
     /// The name in scenes and on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
             Self::Share(share) => share.name(),
+            Self::Caustics(share) => match share {
+                LightPathShare::None => share.name(),
+                LightPathShare::Quarter => "caustics:1/4",
+                LightPathShare::Half => "caustics:1/2",
+                LightPathShare::One => "caustics:1",
+                LightPathShare::Two => "caustics:2",
+            },
         }
     }
 }

@@ -89,18 +89,24 @@ impl RenderSettings {
     /// The number of light paths for each camera path: none but beside `path`, none where each pixel stops by its own error, and
     /// none by `auto`, which has to be replaced before a scene is rendered (`render/auto/`).
     pub fn light_path_share(&self) -> LightPathShare {
+        self.light_path_rule().share()
+    }
+
+    /// The rule of light paths, with the number of [`light_path_share`](Self::light_path_share).
+    pub fn light_path_rule(&self) -> LightPathRule {
         let may_have = self.integrator == IntegratorKind::Path && self.adaptive != Adaptive::Greedy;
         match self.light_paths {
-            LightPathRule::Share(share) if may_have => share,
-            _ => LightPathShare::None,
+            LightPathRule::Share(_) | LightPathRule::Caustics(_) if may_have => self.light_paths,
+            _ => LightPathRule::Share(LightPathShare::None),
         }
     }
 
-    /// The settings with a number of light paths in place of `auto`: with none, if none was chosen.
-    pub fn with_light_paths(&self, chosen: Option<LightPathShare>) -> Self {
+    /// The settings with a rule of light paths in place of `auto`: with none, if none was chosen.
+    pub fn with_light_paths(&self, chosen: Option<LightPathRule>) -> Self {
         let mut settings = self.clone();
         if settings.light_paths == LightPathRule::Auto {
-            settings.light_paths = LightPathRule::Share(chosen.unwrap_or_default());
+            let none = LightPathRule::Share(LightPathShare::None);
+            settings.light_paths = chosen.unwrap_or(none);
         }
         settings
     }

@@ -49,7 +49,10 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         splats: &mut LightPathSplats<'_>,
     ) {
         let scene = wavefront.scene;
-        let mut seen = block.active.without(&stage.bsdfs.delta);
+        let may_be_seen = block.active.without(&stage.bsdfs.delta);
+        let mut seen = self.light_path_lanes(block, &may_be_seen);
+        let caustic = block.caustic_lanes(&seen);
+        block.meet_surfaces(&stage.at.traits);
         let mut to_lens = [[0.0; LANES]; 3];
         let mut connections = [Connection::default(); LANES];
         for lane in seen.each() {
@@ -116,6 +119,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
                         value,
                     },
                     gain: gains[lane] * visible[lane],
+                    is_caustic: caustic.has(lane),
                 });
             }
         }

@@ -481,6 +481,11 @@ pub const PLANTED: &[Planted] = &[
         "rendering::light_paths::light_paths_agree_with_path_in_every_block_of_six_scenes",
     ),
     bug(
+        "first-surface-makes-a-caustic",
+        "camera paths leave to light paths what these do not find: what a glossy first surface reflects",
+        "rendering::light_paths::light_paths_agree_with_path_in_every_block_of_six_scenes",
+    ),
+    bug(
         "new-lens-left-out",
         "a camera that replaces another calls for no effects of its own",
         "rendering::session::changing_the_camera_rebuilds_nothing_and_renders_correctly",

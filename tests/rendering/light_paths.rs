@@ -36,13 +36,24 @@ fn with_light_paths(scene: &SceneDescription, share: LightPathShare, spp: u64) -
     }
 }
 
-/// Compares `path` with and without light paths.
+/// The same settings with light paths for caustics only.
+fn caustics_only(settings: &RenderSettings) -> RenderSettings {
+    RenderSettings {
+        light_paths: LightPathRule::Caustics(settings.light_path_share()),
+        ..settings.clone()
+    }
+}
+
+/// Compares `path` with and without light paths: with all, and with those for caustics.
 fn compare(what: &str, scene: &SceneDescription, power: f64, max_bounces: Option<u32>) {
-    let with = RenderSettings {
+    let all = RenderSettings {
         max_bounces,
         ..with_light_paths(scene, LightPathShare::One, 32)
     };
-    compare_with_path_alone(what, scene, with, 128, power);
+    for with in [caustics_only(&all), all] {
+        let what = format!("{what}, {}", with.light_path_rule().name());
+        compare_with_path_alone(&what, scene, with, 128, power);
+    }
 }
 
 #[test]
@@ -87,7 +98,7 @@ fn light_paths_and_bdpt_agree_on_delta_light_caustics() {
             shape.emission = None;
         }
         scene.lights = lit.lights.clone();
-        let with = with_light_paths(&scene, LightPathShare::One, 64);
+        let with = caustics_only(&with_light_paths(&scene, LightPathShare::One, 64));
         let bidirectional = settings(&scene, IntegratorKind::Bidirectional, 64);
         let limited = [with, bidirectional].map(|settings| RenderSettings {
             max_bounces: Some(3),
@@ -195,9 +206,13 @@ fn pilot_enables_light_paths_only_where_more_efficient() {
             let ratio = choice.ratio;
             assert!((least..most).contains(&ratio), "{name}, {seed}: {ratio}");
             let pays = least >= 1.25;
-            assert_eq!(choice.share != LightPathShare::None, pays, "{name}");
-            let settings = rendering.settings();
-            assert_eq!(settings.light_path_share(), choice.share, "{name}");
+            // Light paths that are no caustics save nothing in any of these.
+            let expected = match pays {
+                true => LightPathRule::Caustics(LightPathShare::Quarter),
+                false => LightPathRule::Share(LightPathShare::None),
+            };
+            assert_eq!(choice.rule, expected, "{name}");
+            assert_eq!(rendering.settings().light_path_rule(), expected, "{name}");
         }
     }
     // A kernel without light paths cannot have any.
@@ -249,7 +264,7 @@ fn adaptive_light_paths_agree_with_path() {
     for share in [LightPathShare::One, LightPathShare::Quarter] {
         let with = RenderSettings {
             adaptive: Adaptive::TwoPhase,
-            ..with_light_paths(&scene, share, 64)
+            ..caustics_only(&with_light_paths(&scene, share, 64))
         };
         compare_with_path_alone("adaptive", &scene, with, 192, 0.02);
     }

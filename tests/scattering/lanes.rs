@@ -84,6 +84,9 @@ fn compare(conductors: f32) {
         let mut sampled = SampledLanes::default();
         lanes.bind(&wo);
         lanes.eval(&wi, &mut f, &mut pdf);
+        let (mut f_again, mut pdf_again, mut reverse_pdf) = (f, pdf, pdf);
+        lanes.eval_both_ways(&wi, &mut f_again, &mut pdf_again, &mut reverse_pdf);
+        assert_eq!((f_again, pdf_again), (f, pdf));
         let all = ActiveLanes::first(LANES);
         let of_multiple = |lane: usize, u: Vec2| rough(&bsdfs[lane]).0.sample_multiple(u);
         lanes.sample(&all, &numbers, &cosine_direction, of_multiple, &mut sampled);
@@ -98,6 +101,9 @@ fn compare(conductors: f32) {
             let value = alone.eval::<Everything>(load(&wi, lane));
             assert_eq!(load::<Rgb>(&f, lane), value.f);
             assert_eq!(pdf[lane], value.pdf.0);
+            let reversed = bsdfs[lane].bind::<Everything>(load(&wi, lane));
+            let reversed = reversed.eval::<Everything>(load(&wo, lane));
+            assert_eq!(reverse_pdf[lane], reversed.pdf.0);
             multiple += sampled.is_multiple[lane];
             match alone.sample::<Everything>(&inputs[lane]) {
                 None => {

@@ -9,7 +9,7 @@ use super::super::albedo::{AlbedoTable, RowPlace, SingleScatter, table};
 use super::super::conductor::Conductor;
 use super::super::fresnel::conductor_rgb;
 use super::super::microfacet::Ggx;
-use super::super::types::{BsdfValue, is_same_side};
+use super::super::types::is_same_side;
 use super::Principled;
 use super::opaque::{LobeProbabilities, OpaqueLobes};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
@@ -269,10 +269,27 @@ impl PrincipledLanes {
 
     /// Evaluates the BSDFs at the directions `wi`: f without the cosine, and the density of sampling.
     pub fn eval(&self, wi: &Lanes3, f: &mut Lanes3, pdf: &mut Lanes<f32>) {
+        let reverse_pdf = &mut ZERO.clone();
         if self.has_conductors {
-            eval_with_conductors(table(), self, wi, f, pdf);
+            eval_with_conductors::<false>(table(), self, wi, f, pdf, reverse_pdf);
         } else {
-            eval(table(), self, wi, f, pdf);
+            eval::<false>(table(), self, wi, f, pdf, reverse_pdf);
+        }
+    }
+
+    /// Evaluates the BSDFs as [`eval`](Self::eval), and the densities of sampling `wo` if they were bound to `wi`, which
+    /// takes no further look-up of albedos.
+    pub fn eval_both_ways(
+        &self,
+        wi: &Lanes3,
+        f: &mut Lanes3,
+        pdf: &mut Lanes<f32>,
+        reverse_pdf: &mut Lanes<f32>,
+    ) {
+        if self.has_conductors {
+            eval_with_conductors::<true>(table(), self, wi, f, pdf, reverse_pdf);
+        } else {
+            eval::<true>(table(), self, wi, f, pdf, reverse_pdf);
         }
     }
 }
@@ -283,14 +300,7 @@ vectorised! {
         for lane in 0..LANES {
             let wo: LaneVec3 = load(&lanes.wo, lane);
             let o = table.at(lanes.place(lane), wo.z.abs());
-            let of_lobes = lanes.lobes(lane).lobe_probabilities(o, 0.0);
-            let is_conductor = lanes.is_conductor[lane] != 0;
-            let probabilities = LobeProbabilities {
-                facets: if is_conductor { 1.0 - o.loss } else { of_lobes.facets },
-                metal_ms: if is_conductor { o.loss } else { of_lobes.metal_ms },
-                base: if is_conductor { 0.0 } else { of_lobes.base },
-                ..of_lobes
-            };
+            let probabilities = lanes.probabilities_for(lane, o);
             lanes.facets[lane] = probabilities.facets;
             lanes.multiple[lane] = probabilities.metal_ms;
             lanes.diffuse[lane] = probabilities.base;
@@ -326,67 +336,123 @@ vectorised! {
 
 vectorised! {
     /// Evaluates the BSDF of each lane.
-    fn eval(
+    fn eval<const BOTH_WAYS: bool>(
         table: &AlbedoTable,
         lanes: &PrincipledLanes,
         wi: &Lanes3,
         f: &mut Lanes3,
         pdf: &mut Lanes<f32>,
+        reverse_pdf: &mut Lanes<f32>,
     ) {
         for lane in 0..LANES {
             let lobes = lanes.lobes(lane);
-            lanes.eval_lane(table, lane, wi, f, pdf, |cos| lobes.schlick(cos));
+            let value = lanes.eval_lane::<BOTH_WAYS>(table, lane, wi, |cos| lobes.schlick(cos));
+            value.store(lane, f, pdf, reverse_pdf);
         }
     }
 }
 
 vectorised! {
     /// Evaluates the BSDF of each lane, any of which may be a conductor.
-    fn eval_with_conductors(
+    fn eval_with_conductors<const BOTH_WAYS: bool>(
         table: &AlbedoTable,
         lanes: &PrincipledLanes,
         wi: &Lanes3,
         f: &mut Lanes3,
         pdf: &mut Lanes<f32>,
+        reverse_pdf: &mut Lanes<f32>,
     ) {
         for lane in 0..LANES {
             let lobes = lanes.lobes(lane);
             let (eta, k): (Rgb<LaneVec3>, Rgb<LaneVec3>) =
                 (load(&lanes.eta, lane), load(&lanes.k, lane));
             let is_conductor = lanes.is_conductor[lane] != 0;
-            lanes.eval_lane(table, lane, wi, f, pdf, |cos| {
+            let value = lanes.eval_lane::<BOTH_WAYS>(table, lane, wi, |cos| {
                 let metal = lobes.f0 * conductor_rgb(cos, eta, k);
                 let other = lobes.schlick(cos);
                 if is_conductor { metal } else { other }
             });
+            value.store(lane, f, pdf, reverse_pdf);
         }
     }
 }
 
-impl PrincipledLanes {
-    /// Evaluates the BSDF of a lane, given the reflectance of its microfacets by the cosine. Free of branches.
+/// The value of the BSDF of a lane, its density, and that of the reverse direction.
+struct LaneValue {
+    f: [f32; 3],
+    pdf: f32,
+    reverse_pdf: f32,
+}
+
+impl LaneValue {
     #[inline(always)]
-    fn eval_lane(
+    fn store(
+        self,
+        lane: usize,
+        f: &mut Lanes3,
+        pdf: &mut Lanes<f32>,
+        reverse_pdf: &mut Lanes<f32>,
+    ) {
+        let [r, g, b] = self.f;
+        (f[0][lane], f[1][lane], f[2][lane]) = (r, g, b);
+        pdf[lane] = self.pdf;
+        reverse_pdf[lane] = self.reverse_pdf;
+    }
+}
+
+impl PrincipledLanes {
+    /// The probabilities of sampling the lobes of a lane, given the single scattering towards `wo`.
+    #[inline(always)]
+    fn probabilities_for(&self, lane: usize, o: SingleScatter) -> LobeProbabilities {
+        let of_lobes = self.lobes(lane).lobe_probabilities(o, 0.0);
+        let is_conductor = self.is_conductor[lane] != 0;
+        LobeProbabilities {
+            facets: if is_conductor {
+                1.0 - o.loss
+            } else {
+                of_lobes.facets
+            },
+            metal_ms: if is_conductor {
+                o.loss
+            } else {
+                of_lobes.metal_ms
+            },
+            base: if is_conductor { 0.0 } else { of_lobes.base },
+            ..of_lobes
+        }
+    }
+
+    /// Evaluates the BSDF of a lane, given the reflectance of its microfacets by the cosine, and the density of sampling `wo`
+    /// from `wi`, which is 0 unless it is wanted. Free of branches.
+    #[inline(always)]
+    fn eval_lane<const BOTH_WAYS: bool>(
         &self,
         table: &AlbedoTable,
         lane: usize,
         wi: &Lanes3,
-        f: &mut Lanes3,
-        pdf: &mut Lanes<f32>,
         reflectance: impl FnOnce(f32) -> Rgb<LaneVec3>,
-    ) {
+    ) -> LaneValue {
         let (wo, wi): (LaneVec3, LaneVec3) = (load(&self.wo, lane), load(wi, lane));
         let up = |w: LaneVec3| LaneVec3::new(w.x, w.y, w.z.abs());
         let i = table.at(self.place(lane), wi.z.abs());
         let probabilities = self.lobe_probabilities(lane);
         let lobes = self.lobes(lane);
-        let value: BsdfValue<LaneVec3> =
-            lobes.eval(up(wo), up(wi), &probabilities, i, true, reflectance);
+        let value = lobes.eval(up(wo), up(wi), &probabilities, i, true, reflectance);
+        let reverse_pdf = if BOTH_WAYS {
+            let probabilities = self.probabilities_for(lane, i);
+            let black = |_| Rgb::from([0.0; 3]);
+            let reversed = lobes.eval(up(wi), up(wo), &probabilities, i, true, black);
+            reversed.pdf.0
+        } else {
+            0.0
+        };
         let reflects = is_same_side(wo, wi);
+        let or_zero = |value: f32| if reflects { value } else { 0.0 };
         let [r, g, b] = value.f.into();
-        f[0][lane] = if reflects { r } else { 0.0 };
-        f[1][lane] = if reflects { g } else { 0.0 };
-        f[2][lane] = if reflects { b } else { 0.0 };
-        pdf[lane] = if reflects { value.pdf.0 } else { 0.0 };
+        LaneValue {
+            f: [r, g, b].map(or_zero),
+            pdf: or_zero(value.pdf.0),
+            reverse_pdf: or_zero(reverse_pdf),
+        }
     }
 }

@@ -243,21 +243,22 @@ fn reverse_densities<E: Effects>(
     {
         let PrincipledStage {
             active,
-            bsdfs,
-            wo,
-            to_light,
-            sampled,
-            f,
-            pdf,
+            reverse_pdf_of_light_sample,
+            reverse_pdf_of_bsdf_sample,
+            ..
         } = stage;
-        if nee_lanes.any() {
-            bsdfs.bind(to_light);
-            bsdfs.eval(wo, f, pdf);
-            replace(active, &mut lanes.reverse_pdf_of_light_sample, pdf);
+        for (to, of) in [
+            (
+                &mut lanes.reverse_pdf_of_light_sample,
+                reverse_pdf_of_light_sample,
+            ),
+            (
+                &mut lanes.reverse_pdf_of_bsdf_sample,
+                reverse_pdf_of_bsdf_sample,
+            ),
+        ] {
+            replace(active, to, of);
         }
-        bsdfs.bind(&sampled.wi);
-        bsdfs.eval(wo, f, pdf);
-        replace(active, &mut lanes.reverse_pdf_of_bsdf_sample, pdf);
     }
     let mut scattered = [[0.0; LANES]; 3];
     to_world::<E>(at, &scattering.wi, &mut scattered);

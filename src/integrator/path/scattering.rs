@@ -11,9 +11,12 @@ use super::super::roulette::Survival;
 use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
 use super::direct_light::evaluate_diffuse;
-use super::shading::{BsdfLanes, DirectLightLanes, PrincipledStage, ScatteringLanes, StageScratch};
+use super::shading::{
+    BsdfLanes, DirectLightLanes, PrincipledStage, ScatteringLanes, StageScratch, to_local,
+};
 use super::simple_techniques::sample_direction;
 use super::{PathIntegrator, PathWavefront, first_two};
+use crate::bsdf::principled::lanes::PrincipledLanes;
 use crate::bsdf::{BoundBsdf, BsdfSample, BsdfSampleInput, BsdfValue, Lobe, has_lobes};
 use crate::effects::{Effects, Slot, Switch};
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
@@ -156,12 +159,6 @@ fn sample_principled<E: Effects>(
     direct_light: &mut DirectLightLanes,
     scattering: &mut ScatteringLanes,
 ) {
-    to_local::<E>(
-        at,
-        &direct_light.samples.wi,
-        &mut stage.wo,
-        &mut stage.to_light,
-    );
     let PrincipledStage {
         active,
         bsdfs,
@@ -170,10 +167,19 @@ fn sample_principled<E: Effects>(
         sampled,
         f,
         pdf,
+        reverse_pdf_of_light_sample,
+        reverse_pdf_of_bsdf_sample,
     } = stage;
-    bsdfs.bind(wo);
+    let eval = |bsdfs: &PrincipledLanes, w: &Lanes3, f: &mut _, pdf: &mut _, reverse: &mut _| {
+        if E::LightPaths::ON {
+            bsdfs.eval_both_ways(w, f, pdf, reverse);
+        } else {
+            bsdfs.eval(w, f, pdf);
+        }
+    };
     if nee_lanes.any() {
-        bsdfs.eval(to_light, f, pdf);
+        to_local::<E>(at, &direct_light.samples.wi, to_light);
+        eval(bsdfs, to_light, f, pdf, reverse_pdf_of_light_sample);
         for (to, of) in direct_light.f.iter_mut().zip(&*f) {
             replace(active, to, of);
         }
@@ -188,7 +194,7 @@ fn sample_principled<E: Effects>(
     };
     bsdfs.sample(active, numbers, cosine_direction, sample_multiple, sampled);
     flip_to_side_of_wo(wo, &mut sampled.wi, scattering, active);
-    bsdfs.eval(&sampled.wi, f, pdf);
+    eval(bsdfs, &sampled.wi, f, pdf, reverse_pdf_of_bsdf_sample);
     weigh(active, &sampled.wi, f, pdf, scattering);
     for lane in active.each() {
         scattering.lobes[lane] = if sampled.is_diffuse[lane] != 0 {
@@ -204,22 +210,6 @@ fn sample_principled<E: Effects>(
 pub(super) fn replace(lanes: &ActiveLanes<LANES>, to: &mut Lanes<f32>, of: &Lanes<f32>) {
     for (lane, (to, of)) in to.iter_mut().zip(of).enumerate() {
         *to = if lanes.has(lane) { *of } else { *to };
-    }
-}
-
-vectorised! {
-    /// The directions to the origins of the rays and `wi`, in the shading frames.
-    fn to_local<E: Effects>(
-        at: &InteractionLanes<E>,
-        wi: &Lanes3,
-        wo_local: &mut Lanes3,
-        wi_local: &mut Lanes3,
-    ) {
-        for lane in 0..LANES {
-            let at: Interaction<E, LaneVec3> = at.get(lane);
-            store(wo_local, lane, at.frame.to_local(at.wo));
-            store(wi_local, lane, at.frame.to_local(load(wi, lane)));
-        }
     }
 }
 

@@ -12,7 +12,7 @@ use crate::light::lanes::{LightContextLanes, LightSampleLanes};
 use crate::light::select::LightLanes;
 use crate::light::types::Receiver;
 use crate::math::lanes::ActiveLanes;
-use crate::math::lanes::{LANES, Lanes, Lanes3, load, store};
+use crate::math::lanes::{LANES, Lanes, Lanes3, load, store, vectorised};
 use crate::math::vec::{LaneVec3, Vec2};
 use crate::planted::planted;
 use crate::scene::Scene;
@@ -183,6 +183,9 @@ pub struct PrincipledStage {
     /// The values of the BSDFs, and their densities.
     pub f: Lanes3,
     pub pdf: Lanes<f32>,
+    /// The densities of sampling `wo` from the light samples and from the sampled directions, in kernels with light paths.
+    pub reverse_pdf_of_light_sample: Lanes<f32>,
+    pub reverse_pdf_of_bsdf_sample: Lanes<f32>,
 }
 
 impl Default for PrincipledStage {
@@ -196,6 +199,18 @@ impl Default for PrincipledStage {
             sampled: SampledLanes::default(),
             f: [zero; 3],
             pdf: zero,
+            reverse_pdf_of_light_sample: zero,
+            reverse_pdf_of_bsdf_sample: zero,
+        }
+    }
+}
+
+vectorised! {
+    /// The directions `w` in the shading frames.
+    pub(super) fn to_local<E: Effects>(at: &InteractionLanes<E>, w: &Lanes3, local: &mut Lanes3) {
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            store(local, lane, at.frame.to_local(load::<LaneVec3>(w, lane)));
         }
     }
 }
@@ -212,7 +227,7 @@ impl<E: Effects> Default for BsdfLanes<E> {
 }
 
 impl<E: Effects> BsdfLanes<E> {
-    /// Looks up the BSDFs of the active lanes. If `all_scalar`, none is evaluated in lanes.
+    /// Looks up the BSDFs of the active lanes, and binds those that are principled to `wo`. If `all_scalar`, none is evaluated in lanes.
     #[inline(always)]
     pub fn look_up(
         &mut self,
@@ -243,6 +258,12 @@ impl<E: Effects> BsdfLanes<E> {
                 self.scalar_lanes.set(lane, true);
                 self.delta.set(lane, material.is_delta::<E>());
             }
+        }
+        if let Some(stage) = self.principled.get_mut()
+            && stage.active.any()
+        {
+            to_local::<E>(at, &at.wo, &mut stage.wo);
+            stage.bsdfs.bind(&stage.wo);
         }
     }
 

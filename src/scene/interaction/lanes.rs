@@ -42,7 +42,8 @@ pub struct InteractionLanes<E: Effects> {
     ns: EffectState<E::ShadingNormals, Lanes3>,
     frame: [Lanes3; 3],
     uv: EffectState<E::Textures, [Lanes<f32>; 2]>,
-    wo: Lanes3,
+    /// Unit vectors back along the paths.
+    pub wo: Lanes3,
 }
 
 const ZERO: Lanes<f32> = [0.0; LANES];

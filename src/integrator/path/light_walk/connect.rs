@@ -74,7 +74,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
             direct_light,
             ..
         } = stage;
-        let towards = towards_camera::<E>(scene, &seen, at, bsdfs, &to_lens);
+        let towards = towards_camera::<E>(scene, &seen, at, bsdfs, &to_lens, false);
         let lights = &mut *direct_light;
         lights.shadow_ray_lanes = ActiveLanes::NONE;
         let mut gains = [Rgb::BLACK; LANES];

@@ -49,7 +49,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let sampled = block.active.and(|lane| scattering.sampled.has(lane));
         let delta = sampled.and(|lane| scattering.pdf[lane] == f32::INFINITY);
         let non_delta = sampled.without(&delta);
-        let towards = towards_camera::<E>(scene, &non_delta, at, bsdfs, &w);
+        let towards = towards_camera::<E>(scene, &non_delta, at, bsdfs, &w, true);
         scattering.sampled = towards.active.and(|lane| scattering.pdf[lane] > 0.0);
         lanes.reverse_pdf_of_bsdf_sample = towards.pdf_to_light;
         for lane in scattering.sampled.each() {

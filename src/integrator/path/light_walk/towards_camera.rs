@@ -7,7 +7,7 @@
 use super::super::super::bidirectional::vertex::{Densities, SubpathVertex, adjoint};
 use super::super::light_path_weights::tilted_lanes;
 use super::super::scattering::replace;
-use super::super::shading::BsdfLanes;
+use super::super::shading::{BsdfLanes, PrincipledStage};
 use crate::effects::{Effects, Slot};
 use crate::light::types::Receiver;
 use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
@@ -42,13 +42,15 @@ pub(super) fn vertex<'a, E: Effects>(
 }
 
 /// Evaluates the scattering of the light that arrives along the rays of some lanes towards the camera along the unit vectors
-/// `w`, without delta lobes.
+/// `w`, without delta lobes. `is_sampled` is whether these are the directions that were sampled last, at which the principled
+/// BSDFs have been evaluated.
 pub(super) fn towards_camera<E: Effects>(
     scene: &Scene,
     lanes: &ActiveLanes<LANES>,
     at: &InteractionLanes<E>,
     bsdfs: &mut BsdfLanes<E>,
     w: &Lanes3,
+    is_sampled: bool,
 ) -> TowardsCamera {
     let mut towards = TowardsCamera {
         active: *lanes,
@@ -62,12 +64,22 @@ pub(super) fn towards_camera<E: Effects>(
     if let Some(stage) = bsdfs.principled.get_mut()
         && stage.active.any()
     {
-        stage.bsdfs.bind(&to_camera);
-        stage.bsdfs.eval(&to_light, &mut stage.f, &mut stage.pdf);
-        for (to, of) in towards.factor.iter_mut().zip(&stage.f) {
-            replace(&stage.active, to, of);
+        // The BSDFs are bound to the direction to the light, and reciprocal.
+        let PrincipledStage {
+            active,
+            bsdfs,
+            f,
+            pdf,
+            reverse_pdf_of_bsdf_sample: pdf_to_light,
+            ..
+        } = stage;
+        if !is_sampled {
+            bsdfs.eval_both_ways(&to_camera, f, pdf, pdf_to_light);
         }
-        replace(&stage.active, &mut towards.pdf_to_light, &stage.pdf);
+        for (to, of) in towards.factor.iter_mut().zip(&*f) {
+            replace(active, to, of);
+        }
+        replace(active, &mut towards.pdf_to_light, pdf_to_light);
     }
     multiply_by_adjoint::<E>(at, w, &to_light, &mut towards);
     let tilted = tilted_lanes::<E>(at, w, lanes);

@@ -381,7 +381,8 @@ typedef struct {
   double cache_error;
   // With `ETD_HAS_CROP`, x0, y0, x1, y1: only the pixels from (x0, y0) up to but not including (x1, y1) are rendered.
   uint32_t crop[4];
-  // Light paths for each camera path of "path": "auto", "off", "1/4", "1/2", "1" or "2".
+  // Light paths for each camera path of "path": "auto", "off", "1/4", "1/2", "1" or "2"; with "caustics:" before a
+  // number, they are connected to the lens beyond glossy and smooth surfaces only.
   const char *light_paths;
   // Estimator of the filter: "splatting" or "importance".
   const char *filter_sampling;

@@ -65,7 +65,8 @@ pub struct EtdSettings {
     pub cache_error: f64,
     /// With `ETD_HAS_CROP`, x0, y0, x1, y1: only the pixels from (x0, y0) up to but not including (x1, y1) are rendered.
     pub crop: [u32; 4],
-    /// Light paths for each camera path of "path": "auto", "off", "1/4", "1/2", "1" or "2".
+    /// Light paths for each camera path of "path": "auto", "off", "1/4", "1/2", "1" or "2"; with "caustics:" before a
+    /// number, they are connected to the lens beyond glossy and smooth surfaces only.
     pub light_paths: *const c_char,
     /// Estimator of the filter: "splatting" or "importance".
     pub filter_sampling: *const c_char,

@@ -174,24 +174,12 @@ impl Splats {
         in_rows.sort_unstable_by_key(|it| (it.y, it.first_column));
         for in_row in in_rows.chunk_by(|a, b| a.y == b.y) {
             let mut row = self.row((in_row[0].y - self.window.y) as usize);
-            for SplatInRow {
-                y,
-                first_column,
-                splat,
-                weights: of_columns,
-            } in in_row
-            {
-                let (
-                    sample,
-                    Splat {
-                        film_position,
-                        value,
-                    },
-                ) = splats[*splat];
-                let of_row = filter.evaluate_axis(offset(film_position.y, *y));
-                let pixels = &mut row[(first_column - self.window.x) as usize..];
-                for (pixel, weight) in pixels.iter_mut().zip(&weights[of_columns.clone()]) {
-                    pixel.add(sample, value * (of_row * weight) as f32);
+            for it in in_row {
+                let (sample, splat) = splats[it.splat];
+                let of_row = filter.evaluate_axis(offset(splat.film_position.y, it.y));
+                let pixels = &mut row[(it.first_column - self.window.x) as usize..];
+                for (pixel, weight) in pixels.iter_mut().zip(&weights[it.weights.clone()]) {
+                    pixel.add(sample, splat.value * (of_row * weight) as f32);
                 }
             }
         }

@@ -2,7 +2,8 @@
 //!
 //! An emitted ray is sampled by its light's own density or, with probability `TARGET_PROBABILITY`, towards one of the spheres: a
 //! direction uniform in the cone of the sphere as seen from the point on the light, or for a light at infinity a point
-//! uniform on the disk of the sphere across the ray. The density is that of the mixture, so that it covers every ray.
+//! uniform on the disk of the sphere across the ray. Spheres are selected in proportion to the squared sines of their cones, or to
+//! the areas of their disks. The density is that of the mixture, so that it covers every ray.
 //!
 //! Measure: normalised units; densities as in [`EmissionPdf`].
 //! Range: at most [`MAX_TARGETS`] spheres; without one that the light can reach the density is the light's own.
@@ -16,9 +17,9 @@ use crate::math::vec::{LaneVec3, Vec2, Vec3};
 use crate::sampling::warp;
 use std::f32::consts::{FRAC_1_PI, PI};
 
-/// The probability of sampling a ray towards a target, where there is one: most rays stay as the light emits them, since much
+/// The probability of sampling a ray towards a target, where there is one: many rays stay as the light emits them, since much
 /// light reaches metal and glass by way of other surfaces.
-const TARGET_PROBABILITY: f32 = 0.25;
+const TARGET_PROBABILITY: f32 = 0.5;
 
 /// The largest number of targets: one for each lane.
 pub const MAX_TARGETS: usize = LANES;

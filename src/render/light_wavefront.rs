@@ -4,7 +4,7 @@
 //! Range: any samples.
 //! Source: docs/architecture.md, "The life of a sample". Tested in `tests/rendering/light_paths.rs`.
 
-use super::sample_wavefront::Estimator;
+use super::estimator::Estimator;
 use crate::effects::Effects;
 use crate::integrator::light_paths::LightPathSplats;
 use crate::integrator::path::WAVEFRONT_SIZE;
@@ -75,10 +75,10 @@ impl LightWavefront {
 
     /// The camera sample of each light path, and the rays that were traced for it.
     pub fn ray_counts(&self) -> impl Iterator<Item = (SampleOrigin, RayCounts)> {
-        let lanes = self
-            .paths
-            .iter()
-            .flat_map(|paths| (0..LANES).map(|lane| paths.estimate(lane).rays));
-        self.origins.iter().copied().zip(lanes)
+        let of_path = |(path, &origin): (usize, &SampleOrigin)| {
+            let rays = self.paths[path / LANES].estimate(path % LANES).rays;
+            (origin, RayCounts { camera: 0, ..rays })
+        };
+        self.origins.iter().enumerate().map(of_path)
     }
 }

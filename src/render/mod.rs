@@ -10,6 +10,7 @@ pub mod budget;
 pub mod cache_prepass;
 pub mod convergence;
 mod dispatch;
+mod estimator;
 pub mod first_hit;
 mod light_wavefront;
 mod metropolis;

@@ -8,9 +8,10 @@
 //! Source: `integrator/light_paths/mod.rs`. Tested in `tests/rendering/strategies.rs`.
 
 use super::dispatch;
+use super::estimator::Estimator;
 use super::light_wavefront::LightWavefront;
 use super::pixel_block::PixelBlock;
-use super::sample_wavefront::{CameraRaySource, Estimator, PacketIndex, SampleWavefront};
+use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
 use super::settings::{PathReuseRule, RenderSettings};
 use super::strategies;
 use super::{RenderInput, Threads};

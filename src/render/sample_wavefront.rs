@@ -8,6 +8,7 @@
 //! Range: any blocks and indices.
 //! Source: docs/architecture.md, "The life of a sample". Tested in `tests/rendering/determinism.rs`.
 
+use super::estimator::Estimator;
 use super::light_wavefront::{LightWavefront, SampleOrigin};
 use super::pixel_block::PixelBlock;
 use crate::accel::lanes::{ExcludedLanes, NO_ID};
@@ -15,7 +16,7 @@ use crate::effects::{Effects, Switch};
 use crate::film::Window;
 use crate::film::filter::{Filter, FilterSampling};
 use crate::film::splats::SplatList;
-use crate::integrator::light_paths::{LightPathShare, LightPathSplats};
+use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::observer::{PathObserver, RayKind};
 use crate::integrator::path::WAVEFRONT_SIZE;
 use crate::integrator::{Integrator, RayCounts, SampleLanes};
@@ -47,39 +48,6 @@ pub struct PacketIndex {
     pub block: PixelBlock,
     /// Their index in each pixel.
     pub sample: u64,
-}
-
-/// An integrator that estimates samples of a scene, with its scratch.
-pub struct Estimator<'a, E: Effects, I: Integrator> {
-    pub scene: &'a Scene,
-    pub integrator: I,
-    scratch: I::Scratch<'a, E>,
-}
-
-impl<'a, E: Effects, I: Integrator> Estimator<'a, E, I> {
-    /// Creates an estimator with an empty scratch.
-    pub fn new(scene: &'a Scene, integrator: I) -> Self {
-        Self {
-            scene,
-            integrator,
-            scratch: I::Scratch::default(),
-        }
-    }
-
-    /// Traces a light path for each active lane of the samples, as [`Integrator::trace_light_paths`].
-    pub fn trace_light_paths(
-        &mut self,
-        samplers: &mut [AnySampler],
-        samples: &mut [SampleLanes],
-        splats: &mut LightPathSplats<'_>,
-    ) {
-        let Self {
-            scene,
-            integrator,
-            scratch,
-        } = self;
-        integrator.trace_light_paths::<E, _>(scene, samplers, samples, scratch, splats);
-    }
 }
 
 /// The samples of a wavefront, packet by packet.

@@ -5,9 +5,10 @@
 //! Source: none needed. Tested in `tests/rendering/determinism.rs`.
 
 use super::dispatch::IntegratorJob;
+use super::estimator::Estimator;
 use super::light_wavefront::{LightWavefront, SampleOrigin};
 use super::pixel_block::PixelBlock;
-use super::sample_wavefront::{CameraRaySource, Estimator, PacketIndex, SampleWavefront};
+use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
 use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::{Effects, Switch};
 use crate::film::batches::BATCHES;

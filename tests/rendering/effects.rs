@@ -165,11 +165,11 @@ fn state_of_absent_effects_has_zero_size() {
     assert!(Matte::SET.len() == 2 && Everything::SET == EffectSet::ALL);
     assert_eq!(size_of::<EffectState<Off, [f32; 3]>>(), 0);
     assert_eq!(size_of::<EffectState<On, [f32; 3]>>(), 12);
-    // The eta scales of sixteen paths, their last normals, and the ratios of their densities to those of light paths. The
-    // time belongs to Embree's packet, which has it always.
+    // The eta scales of sixteen paths, their last normals, the ratios of their densities to those of light paths, and whether
+    // they are caustics. The time belongs to Embree's packet, which has it always.
     assert_eq!(
         size_of::<PathBlock<Everything>>() - size_of::<PathBlock<Matte>>(),
-        64 + 192 + 64
+        64 + 192 + 64 + 64
     );
     // Texture coordinate, shading normal and whether it is the geometric one; also a multiple of 16 bytes.
     assert_eq!(

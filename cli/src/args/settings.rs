@@ -52,9 +52,10 @@ pub struct SettingsArguments {
     /// Light paths beside the camera paths of the integrator path. Affects noise and time, not the mean. Default: the
     /// scene's, or auto.
     ///
-    /// They find caustics of glass and metal, also those of point lights. off: none. 1/4, 1/2, 1,
-    /// 2: this number for each camera path. auto: 1/4 where a pilot shows that camera paths alone have more than 1.25 times
-    /// the squared error, else off; off with --roulette none.
+    /// They find caustics of glass and metal, also those of point lights. off: none. 1/4, 1/2, 1, 2: this number for each
+    /// camera path. caustics:1/4 and so on: connected to the lens beyond glossy and smooth surfaces only, which takes less
+    /// time. auto: caustics:1/4, or 1/4 where the others pay as well, if a pilot shows that camera paths alone have more than
+    /// 1.2 times the squared error; else off. Off with --roulette none.
     #[arg(long, value_parser = named(LightPathRule::ALL, LightPathRule::name))]
     pub light_paths: Option<LightPathRule>,
     /// Number of neighbouring pixels that share the paths of the integrator path. Affects noise and time, not the mean.

@@ -147,7 +147,7 @@ pub struct LightPathSplats<'a> {
 /// A splat of a light path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightPathSplat {
-    /// The index of the sample in the wavefront.
+    /// The index of the light path among the samples.
     pub sample_index: u32,
     /// The splat.
     pub splat: Splat,

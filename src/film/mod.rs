@@ -17,7 +17,6 @@ pub mod error_bars;
 mod estimate;
 pub mod filter;
 pub mod footprint;
-pub mod gain_sums;
 mod layout;
 pub mod pixel;
 mod relative_variance;

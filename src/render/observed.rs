@@ -5,9 +5,10 @@
 //! Source: none needed. Tested in `lab/tests/bench/report.rs`.
 
 use super::dispatch;
+use super::sample_range::SampleRange;
 use super::sample_wavefront::CameraRaySource;
 use super::settings::RenderSettings;
-use super::tile::{ObservedTileJob, SampleRange, SampleSource};
+use super::tile::{ObservedTileJob, SampleSource};
 use crate::film::Tile;
 use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterSampling};

@@ -6,13 +6,13 @@
 
 use super::dispatch::IntegratorJob;
 use super::estimator::Estimator;
+use super::gain_sums::GainSums;
 use super::light_wavefront::{LightWavefront, SampleOrigin};
 use super::pixel_block::PixelBlock;
+use super::sample_range::SampleRange;
 use super::sample_wavefront::{CameraRaySource, PacketIndex, SampleWavefront};
 use super::tally::{NonFiniteSample, Rejected, Tally};
 use crate::effects::{Effects, Switch};
-use crate::film::batches::BATCHES;
-use crate::film::gain_sums::GainSums;
 use crate::film::splats::{Splat, SplatList, Splats};
 use crate::film::splatted::SplattedSamples;
 use crate::film::{Tile, Window};
@@ -31,61 +31,6 @@ const MAX_WEIGHT: f32 = 16.0;
 
 /// The number of splats from which on they are added to the film: enough for many to lie in the same row.
 const PENDING_SPLATS: usize = 8192;
-
-/// The indices of the samples to be taken in a tile's pixels.
-#[derive(Debug, Clone)]
-pub enum SampleRange<'a> {
-    /// The range of every pixel.
-    Same(Range<u64>),
-    /// The index of each pixel's first sample, and its target count in the film. The range begins after the samples
-    /// that it has.
-    Each {
-        /// The index of the first sample.
-        firsts: &'a [u64],
-        /// The count to be reached.
-        counts: &'a [u64],
-    },
-}
-
-impl SampleRange<'_> {
-    /// The samples to be taken of a pixel. With equally many for all, it may lie beside the tile, as the source of a filter's
-    /// footprint.
-    fn of_pixel(&self, tile: &Tile, pixel: [u32; 2]) -> Range<u64> {
-        match self {
-            Self::Same(range) => range.clone(),
-            Self::Each { firsts, counts } => {
-                let place = tile.window.index(pixel);
-                let first = firsts[place];
-                first + tile.count(place)..first + counts[place]
-            }
-        }
-    }
-
-    /// The number of samples of each batch for all pixels of a tile together.
-    fn batch_counts(&self, tile: &Tile) -> [u64; BATCHES as usize] {
-        let mut counts = [0; BATCHES as usize];
-        for pixel in tile.window.pixels() {
-            let Range { start, end } = self.of_pixel(tile, pixel);
-            for (batch, count) in (0..).zip(&mut counts) {
-                let before = |index: u64| (index + BATCHES - 1 - batch) / BATCHES;
-                *count += before(end) - before(start);
-            }
-        }
-        counts
-    }
-
-    /// The number of samples for all pixels of a tile together.
-    pub fn sample_count(&self, tile: &Tile) -> u64 {
-        match self {
-            Self::Same(range) => (range.end - range.start) * tile.window.pixel_count(),
-            Self::Each { counts, .. } => {
-                let counts = counts.iter().copied();
-                let sum = counts.fold(0, u64::saturating_add);
-                sum.saturating_sub(tile.sample_count())
-            }
-        }
-    }
-}
 
 /// The sources of the samples of a pass.
 #[derive(Clone, Copy)]

@@ -98,14 +98,6 @@ impl<E: Effects, V: Vector> Interaction<E, V> {
         !self.is_flat.or(true) & !is_reflected_outwards(w, self.ng * side, ns * side)
     }
 
-    /// Whether the shading frame for the unit vector `w`, on the same side as `wo`, is at the shape's own shading normal, and
-    /// not at a tilted one. Free of branches.
-    #[inline(always)]
-    pub fn is_untilted_for(&self, w: V) -> bool {
-        let ns = self.ns.or(self.ng);
-        self.is_flat.or(true) | is_reflected_outwards(w, self.ng * self.side, ns * self.side)
-    }
-
     /// Whether `wo` is on the back of the surface.
     #[inline]
     pub fn is_behind(&self) -> bool {

@@ -11,7 +11,6 @@ use crate::effects::Slot;
 use crate::effects::kernel::types::Everything;
 use crate::error::{Error, Result};
 use crate::integrator::CameraRay;
-use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::reuse::PathReuse;
 use crate::math::ray::Ray;
 use crate::math::vec::{DVec2, DVec3, Vec2, Vec3};
@@ -122,7 +121,7 @@ impl Session {
             // Every ray has as many samples.
             adaptive: Some(Adaptive::Off),
             // The camera does not see where other rays begin.
-            light_paths: Some(LightPathRule::Share(LightPathShare::None)),
+            light_paths: Some(LightPathRule::OFF),
             reuse: Some(PathReuseRule::Pixels(PathReuse::Off)),
             ..options.clone()
         };

@@ -36,7 +36,7 @@ fn with_light_paths(scene: &SceneDescription, share: LightPathShare, spp: u64) -
     }
 }
 
-/// The same settings with light paths for caustics only.
+/// Settings with as many light paths, but for caustics only.
 fn caustics_only(settings: &RenderSettings) -> RenderSettings {
     RenderSettings {
         light_paths: LightPathRule::Caustics(settings.light_path_share()),
@@ -191,7 +191,7 @@ pub fn squared_error(name: &str, mut options: RenderOptions) -> (f64, PathChoice
 /// miss. Only in shaded-lamps do those that are no caustics save anything.
 #[test]
 fn pilot_enables_light_paths_only_where_more_efficient() {
-    let off = LightPathRule::Share(LightPathShare::None);
+    let off = LightPathRule::OFF;
     let caustics = LightPathRule::Caustics(LightPathShare::Quarter);
     let all = LightPathRule::Share(LightPathShare::Quarter);
     for (name, least, most, expected) in [
@@ -242,7 +242,7 @@ fn pilot_predicts_the_error_reduction_of_light_paths() {
         (error, choices.light_paths)
     };
     let (with, choice) = error(LightPathRule::Auto);
-    let (without, _) = error(LightPathRule::Share(LightPathShare::None));
+    let (without, _) = error(LightPathRule::OFF);
     let (foreseen, ratio) = (choice.expect("a pilot").ratio, without / with);
     // The pilot has a thousandth of these samples, and is cautious.
     let share = (foreseen - 1.0) / (ratio - 1.0);

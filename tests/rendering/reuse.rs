@@ -307,7 +307,7 @@ fn pilot_enables_path_reuse_only_where_more_efficient() {
             let mut options = RenderOptions::samples(4);
             options.seed = Some(seed);
             options.threads = Some(threads);
-            options.light_paths = Some(LightPathRule::Share(LightPathShare::None));
+            options.light_paths = Some(LightPathRule::OFF);
             let (_, rendering) = begun(name, &options);
             let choice = rendering.choices().reuse.expect("it took a pilot");
             assert_eq!(rendering.settings().reuse(), choice.reuse, "{name}");

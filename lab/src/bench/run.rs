@@ -23,7 +23,6 @@ use super::work::{self, StageTimes};
 use etendue::Result;
 use etendue::internals::accel::Accel;
 use etendue::internals::film::filter::{Filter, FilterSampling};
-use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::integrator::observer::RayKind;
 use etendue::internals::integrator::reuse::PathReuse;
 use etendue::internals::render::settings::{LightPathRule, PathReuseRule, RenderSettings};
@@ -89,7 +88,7 @@ fn observed_settings(description: &SceneDescription) -> Result<RenderSettings> {
         filter_sampling: FilterSampling::Importance,
         has_window_pilot: false,
         tile_size: TILE_SIZE,
-        light_paths: LightPathRule::Share(LightPathShare::None),
+        light_paths: LightPathRule::OFF,
         reuse: PathReuseRule::Pixels(PathReuse::Off),
         ..RenderSettings::of_scene(description)?.with_path_for_auto()
     })

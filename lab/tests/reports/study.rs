@@ -4,7 +4,6 @@ use crate::common::room::{LAMP, room, with_mirrored_point_light};
 use etendue::ErrorKind;
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
 use etendue::internals::integrator::kind::IntegratorKind;
-use etendue::internals::integrator::light_paths::LightPathShare;
 use etendue::internals::render::settings::{LightPathRule, RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
 use etendue_lab::study::answer::Answer;
@@ -375,10 +374,7 @@ fn short_budget_shrinks_the_image_with_a_warning() {
 #[test]
 fn references_have_the_caustics_of_point_lights() {
     let description = with_mirrored_point_light();
-    let rules = [
-        LightPathRule::Auto,
-        LightPathRule::Share(LightPathShare::None),
-    ];
+    let rules = [LightPathRule::Auto, LightPathRule::OFF];
     let choices = rules.map(SettingValue::LightPaths);
     let settings = settings(&choices, 8.0, Some(fixed(2)));
     let report = run(

@@ -1,4 +1,4 @@
-//! The state of the paths of a wavefront: blocks of sixteen paths, each a structure of arrays.
+//! The state of sixteen paths, as a structure of arrays.
 //!
 //! Measure: normalised scene units; radiance.
 //! Range: the state of effects that are absent from `E` has size zero.
@@ -84,7 +84,7 @@ impl<E: Effects> Default for PathBlock<E> {
 
 impl<E: Effects> PathBlock<E> {
     /// Begins the paths of sixteen samples, of which the first has the index `first` in the wavefront.
-    fn begin(&mut self, first: usize, samples: &SampleLanes) {
+    pub(super) fn begin(&mut self, first: usize, samples: &SampleLanes) {
         let zero = [0.0; LANES];
         self.active = samples.active;
         self.sample_index = std::array::from_fn(|lane| (first + lane) as u32);
@@ -112,7 +112,13 @@ impl<E: Effects> PathBlock<E> {
     }
 
     /// Begins the path of this sample of the wavefront in a lane, with the camera ray of lane `from` of `samples`.
-    fn begin_lane(&mut self, lane: usize, sample_index: usize, samples: &SampleLanes, from: usize) {
+    pub(super) fn begin_lane(
+        &mut self,
+        lane: usize,
+        sample_index: usize,
+        samples: &SampleLanes,
+        from: usize,
+    ) {
         let (camera_ray, hit) = samples.camera_ray(from);
         self.active.set(lane, true);
         self.sample_index[lane] = sample_index as u32;
@@ -141,7 +147,7 @@ impl<E: Effects> PathBlock<E> {
     }
 
     /// Moves a path, without its hit, from a lane of another block into a lane.
-    fn move_from(&mut self, lane: usize, other: &mut Self, from: usize) {
+    pub(super) fn move_from(&mut self, lane: usize, other: &mut Self, from: usize) {
         let copy = |to: &mut Lanes3, of: &Lanes3| store(to, lane, load::<[f32; 3]>(of, from));
         self.active.set(lane, true);
         other.active.set(from, false);
@@ -245,13 +251,10 @@ impl<E: Effects> PathBlock<E> {
         }
     }
 
-    /// The lanes, among the given ones, whose path is a caustic if it ends here.
+    /// Whether the path of a lane is a caustic if it ends here.
     #[inline(always)]
-    pub fn caustic_lanes(&self, lanes: &ActiveLanes<LANES>) -> ActiveLanes<LANES> {
-        match self.caustic.get() {
-            Some(caustic) => lanes.and(|lane| caustic.has(lane)),
-            None => ActiveLanes::NONE,
-        }
+    pub fn is_caustic(&self, lane: usize) -> bool {
+        self.caustic.get().is_some_and(|caustic| caustic.has(lane))
     }
 
     /// Marks the paths as caustics whose current surface is glossy or smooth, by the traits of the surfaces.
@@ -335,93 +338,5 @@ impl<E: Effects> PathBlock<E> {
     pub fn count_rays(&mut self, lane: usize, closest: bool, shadow: bool) {
         self.closest_rays[lane] += u32::from(closest);
         self.shadow_rays[lane] += u32::from(shadow);
-    }
-}
-
-/// The paths of a wavefront, in as few blocks as they fit. The memory of blocks is kept.
-#[derive(Debug)]
-pub struct PathBlocks<E: Effects> {
-    blocks: Vec<PathBlock<E>>,
-    /// The number of blocks with paths.
-    len: usize,
-}
-
-impl<E: Effects> Default for PathBlocks<E> {
-    fn default() -> Self {
-        Self {
-            blocks: Vec::new(),
-            len: 0,
-        }
-    }
-}
-
-impl<E: Effects> PathBlocks<E> {
-    /// Begins a path for each sample. A full packet at the start of a block is copied as a whole.
-    pub fn begin(&mut self, samples: &[SampleLanes]) {
-        let mut count = 0;
-        for (packet, samples) in samples.iter().enumerate() {
-            let first = packet * LANES;
-            if count % LANES == 0 && samples.active.all() {
-                self.block(count / LANES).begin(first, samples);
-                count += LANES;
-                continue;
-            }
-            for from in samples.active.each() {
-                let block = self.block(count / LANES);
-                if count % LANES == 0 {
-                    block.active = ActiveLanes::NONE;
-                }
-                block.begin_lane(count % LANES, first + from, samples, from);
-                count += 1;
-            }
-        }
-        self.len = count.div_ceil(LANES);
-    }
-
-    /// A block that has begun already, or the next one.
-    #[inline]
-    fn block(&mut self, index: usize) -> &mut PathBlock<E> {
-        if index == self.blocks.len() {
-            self.blocks.push(PathBlock::default());
-        }
-        &mut self.blocks[index]
-    }
-
-    /// The blocks.
-    pub fn blocks_mut(&mut self) -> &mut [PathBlock<E>] {
-        &mut self.blocks[..self.len]
-    }
-
-    /// Whether all paths have ended.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    /// Moves the last paths into the lanes of those that have ended, before the rays are traced.
-    pub fn compact(&mut self) {
-        let mut first = 0;
-        loop {
-            while self.len > 0 && !self.blocks[self.len - 1].active.any() {
-                self.len -= 1;
-            }
-            if first + 1 >= self.len {
-                return;
-            }
-            let (front, back) = self.blocks.split_at_mut(self.len - 1);
-            let (hole, last) = (&mut front[first], &mut back[0]);
-            let mut paths = last.active.each();
-            let ended = hole.active.inverse();
-            let mut is_full = true;
-            for lane in ended.each() {
-                let Some(from) = paths.next() else {
-                    is_full = false;
-                    break;
-                };
-                hole.move_from(lane, last, from);
-            }
-            if is_full {
-                first += 1;
-            }
-        }
     }
 }

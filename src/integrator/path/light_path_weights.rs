@@ -14,11 +14,11 @@ use super::super::observer::PathObserver;
 use super::super::technique::TechniqueSource;
 use super::block::PathBlock;
 use super::scattering::replace;
-use super::shading::{DirectLightLanes, LightPathLanes, PrincipledStage, StageScratch};
+use super::shading::{DirectLightLanes, LightPathLanes, PrincipledStage, StageScratch, to_world};
 use super::{PathIntegrator, PathWavefront};
 use crate::effects::{Effects, Slot, Switch};
 use crate::light::types::ShadowRayEnd;
-use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, store, vectorised};
+use crate::math::lanes::{ActiveLanes, LANES, Lanes, Lanes3, load, vectorised};
 use crate::math::vec::{LaneVec3, Vec2, Vec3};
 use crate::planted::planted;
 use crate::scene::interaction::Interaction;
@@ -87,7 +87,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         lanes: &ActiveLanes<LANES>,
     ) -> ActiveLanes<LANES> {
         if self.light_paths.caustics_only {
-            block.caustic_lanes(lanes)
+            lanes.and(|lane| block.is_caustic(lane))
         } else {
             *lanes
         }
@@ -162,9 +162,9 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
     /// The ratio of the densities of a light path and of the path of a lane, without that of the light path's first ray; zero
     /// where no light path finds it.
     fn ratio_of_lane<E: Effects>(&self, block: &PathBlock<E>, lane: usize) -> f32 {
-        let one = block.active.and(|it| it == lane);
+        let is_found = !self.light_paths.caustics_only || block.is_caustic(lane);
         match block.light_path_ratio() {
-            Some(ratios) if self.light_path_lanes(block, &one).any() => ratios[lane],
+            Some(ratios) if is_found => ratios[lane],
             _ => 0.0,
         }
     }
@@ -351,16 +351,6 @@ vectorised! {
             tilted.set(lane, lanes.has(lane) & is_tilted);
         }
         tilted
-    }
-}
-
-vectorised! {
-    /// The directions `wi` of the shading frames in the world.
-    pub(super) fn to_world<E: Effects>(at: &InteractionLanes<E>, wi: &Lanes3, w: &mut Lanes3) {
-        for lane in 0..LANES {
-            let at: Interaction<E, LaneVec3> = at.get(lane);
-            store(w, lane, at.frame.to_world(load::<LaneVec3>(wi, lane)));
-        }
     }
 }
 

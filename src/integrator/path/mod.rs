@@ -21,6 +21,7 @@
 //! `tests/scattering/furnace.rs`, `tests/rendering/effects.rs` and `tests/rendering/integrators.rs`.
 
 pub mod block;
+pub mod blocks;
 mod direct_light;
 mod emission;
 mod find_surface;
@@ -46,7 +47,8 @@ use crate::planted::planted;
 use crate::sampler::{Decision, LaneStates, Sampler};
 use crate::scene::Scene;
 use crate::scene::interaction::Interaction;
-use block::{PathBlock, PathBlocks};
+use block::PathBlock;
+use blocks::PathBlocks;
 use light_walk::LightPathStart;
 use reuse::ReuseScratch;
 use shading::StageScratch;

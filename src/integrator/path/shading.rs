@@ -215,6 +215,16 @@ vectorised! {
     }
 }
 
+vectorised! {
+    /// The directions `wi` of the shading frames in the world.
+    pub(super) fn to_world<E: Effects>(at: &InteractionLanes<E>, wi: &Lanes3, w: &mut Lanes3) {
+        for lane in 0..LANES {
+            let at: Interaction<E, LaneVec3> = at.get(lane);
+            store(w, lane, at.frame.to_world(load::<LaneVec3>(wi, lane)));
+        }
+    }
+}
+
 impl<E: Effects> Default for BsdfLanes<E> {
     fn default() -> Self {
         Self {
@@ -227,7 +237,8 @@ impl<E: Effects> Default for BsdfLanes<E> {
 }
 
 impl<E: Effects> BsdfLanes<E> {
-    /// Looks up the BSDFs of the active lanes, and binds those that are principled to `wo`. If `all_scalar`, none is evaluated in lanes.
+    /// Looks up the BSDFs of the active lanes, and binds those that are principled to `wo`. If `all_scalar`, none is
+    /// evaluated in lanes.
     #[inline(always)]
     pub fn look_up(
         &mut self,

@@ -15,6 +15,7 @@
 //!
 //! [`LightRatios::gain`]: crate::integrator::light_paths::weights::LightRatios::gain
 
+use super::super::gain_sums::GainSums;
 use super::super::settings::{LightPathRule, RenderSettings};
 use super::super::{RenderInput, RenderObserver, Threads};
 use super::pass::{pilot_settings, relative_weights, take_samples};
@@ -23,7 +24,6 @@ use crate::effects::Effect;
 use crate::error::Result;
 use crate::film::batches::BATCHES;
 use crate::film::filter::FilterSampling;
-use crate::film::gain_sums::GainSums;
 use crate::film::splats::Splats;
 use crate::film::{Film, Window};
 use crate::integrator::light_paths::LightPathShare;
@@ -56,7 +56,7 @@ impl LightPathChoice {
     /// is.
     pub const MIN_RATIO: f64 = 1.2;
 
-    /// The same for light paths that are no caustics, beside those that are.
+    /// The ratio of variances above which light paths that are no caustics pay beside those that are.
     const MIN_RATIO_OF_OTHERS: f64 = 1.1;
 }
 
@@ -97,7 +97,7 @@ pub fn choose(
     let [of_caustics, of_others] = saved;
     let ratio = 1.0 + of_caustics + of_others;
     let rule = if ratio <= LightPathChoice::MIN_RATIO {
-        LightPathRule::Share(LightPathShare::None)
+        LightPathRule::OFF
     } else if 1.0 + of_others < LightPathChoice::MIN_RATIO_OF_OTHERS {
         LightPathRule::Caustics(SHARE)
     } else {

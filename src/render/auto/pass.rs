@@ -5,15 +5,16 @@
 //! Source: none needed. Tested through the pilots.
 
 use super::super::dispatch;
+use super::super::gain_sums::GainSums;
+use super::super::sample_range::SampleRange;
 use super::super::sample_wavefront::CameraRaySource;
 use super::super::settings::{Adaptive, Budget, RenderSettings, SamplerKind};
-use super::super::tile::{PassJob, SampleRange, SampleSource};
+use super::super::tile::{PassJob, SampleSource};
 use super::super::{RenderObserver, Threads};
 use crate::error::Result;
 use crate::film::Tile;
 use crate::film::batches::BATCHES;
 use crate::film::filter::{Filter, FilterDescription, FilterKind, FilterSampling};
-use crate::film::gain_sums::GainSums;
 use crate::film::splats::Splats;
 use crate::image::Image;
 use crate::integrator::RayCounts;

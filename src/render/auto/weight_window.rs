@@ -18,7 +18,6 @@ use crate::film::Window;
 use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
-use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::roulette::WeightWindow;
 
 /// The approximate number of pixels of the pilots' images.
@@ -74,7 +73,7 @@ pub fn choose(
     };
     let rays = |roulette: Roulette| -> Result<f64> {
         let pilot = RenderSettings {
-            light_paths: LightPathRule::Share(LightPathShare::None),
+            light_paths: LightPathRule::OFF,
             // Without light paths the settings could share paths that the render does not share.
             reuse: PathReuseRule::Pixels(settings.reuse()),
             filter_sampling: FilterSampling::Importance,

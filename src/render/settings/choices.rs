@@ -79,10 +79,13 @@ pub enum LightPathRule {
 }
 
 impl LightPathRule {
+    /// No light paths.
+    pub const OFF: Self = Self::Share(LightPathShare::None);
+
     /// Every rule.
     pub const ALL: &'static [Self] = &[
         Self::Auto,
-        Self::Share(LightPathShare::None),
+        Self::OFF,
         Self::Share(LightPathShare::Quarter),
         Self::Share(LightPathShare::Half),
         Self::Share(LightPathShare::One),

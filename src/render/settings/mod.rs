@@ -22,7 +22,6 @@ use crate::film::Window;
 use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
-use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::reuse::PathReuse;
 use crate::light::types::LightChoice;
 use serde::Serialize;
@@ -94,7 +93,7 @@ impl RenderSettings {
             roulette: None,
             has_window_pilot: false,
             light_choice: None,
-            light_paths: LightPathRule::Share(LightPathShare::None),
+            light_paths: LightPathRule::OFF,
             reuse: PathReuseRule::Pixels(PathReuse::Off),
             filter_sampling: FilterSampling::Importance,
             occlusion_distance: None,

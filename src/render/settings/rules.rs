@@ -97,7 +97,7 @@ impl RenderSettings {
         let may_have = self.integrator == IntegratorKind::Path && self.adaptive != Adaptive::Greedy;
         match self.light_paths {
             LightPathRule::Share(_) | LightPathRule::Caustics(_) if may_have => self.light_paths,
-            _ => LightPathRule::Share(LightPathShare::None),
+            _ => LightPathRule::OFF,
         }
     }
 
@@ -105,8 +105,7 @@ impl RenderSettings {
     pub fn with_light_paths(&self, chosen: Option<LightPathRule>) -> Self {
         let mut settings = self.clone();
         if settings.light_paths == LightPathRule::Auto {
-            let none = LightPathRule::Share(LightPathShare::None);
-            settings.light_paths = chosen.unwrap_or(none);
+            settings.light_paths = chosen.unwrap_or(LightPathRule::OFF);
         }
         settings
     }

@@ -51,7 +51,7 @@ impl<C: TechniqueSource, K: Indirect> PathIntegrator<C, K> {
         let scene = wavefront.scene;
         let may_be_seen = block.active.without(&stage.bsdfs.delta);
         let mut seen = self.light_path_lanes(block, &may_be_seen);
-        let caustic = block.caustic_lanes(&seen);
+        let caustic = seen.and(|lane| block.is_caustic(lane));
         block.meet_surfaces(&stage.at.traits);
         let mut to_lens = [[0.0; LANES]; 3];
         let mut connections = [Connection::default(); LANES];

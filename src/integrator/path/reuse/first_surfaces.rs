@@ -210,7 +210,7 @@ vectorised! {
             let is_found = pixels.has(lane)
                 & (cos > 0.0)
                 & at.is_consistent_side(wi, false)
-                & planted!("reuse-ignores-tilt", true, second.is_untilted_for(-wi));
+                & planted!("reuse-ignores-tilt", true, !second.is_tilted_for(-wi));
             let solid_angle = if is_found { cos / distance2 } else { 0.0 };
             let density = pdf.0 * planted!("reuse-without-cosine", 1.0 / distance2, solid_angle);
             let is_found = is_found & (density > 0.0) & (density < f32::INFINITY);

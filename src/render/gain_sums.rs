@@ -1,11 +1,11 @@
 //! The variance that light paths save, by pixel: of caustics, and of all others.
 //!
 //! Measure: squares of the unit of splats.
-//! Range: as in `splats.rs`.
+//! Range: as in `film/splats.rs`.
 //! Source: `integrator/light_paths/weights.rs`. Tested in `tests/rendering/light_paths.rs`.
 
-use super::Window;
-use super::splats::Splats;
+use crate::film::Window;
+use crate::film::splats::Splats;
 
 /// The sums of the gains of splats.
 #[derive(Debug)]

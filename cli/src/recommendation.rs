@@ -55,6 +55,8 @@ pub struct RouletteReport {
     pub rule: String,
     /// The number of rays with the smaller window over that with the larger one.
     pub rays_of_smaller_window: f64,
+    /// The ratio up to which the smaller window is chosen.
+    pub max_rays_of_smaller_window: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -140,6 +142,7 @@ impl From<WeightWindowChoice> for RouletteReport {
         Self {
             rule: choice.roulette.to_string(),
             rays_of_smaller_window: choice.rays_of_smaller,
+            max_rays_of_smaller_window: choice.max_rays,
         }
     }
 }
@@ -149,9 +152,7 @@ impl RouletteReport {
     pub fn describe(&self) -> String {
         format!(
             "{} (the smaller window has {:.2} times the rays of the larger one in a pilot, and is taken up to {} times)",
-            self.rule,
-            self.rays_of_smaller_window,
-            WeightWindowChoice::MAX_RAYS
+            self.rule, self.rays_of_smaller_window, self.max_rays_of_smaller_window
         )
     }
 }

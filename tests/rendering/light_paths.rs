@@ -193,7 +193,7 @@ pub fn squared_error(name: &str, mut options: RenderOptions) -> (f64, PathChoice
 fn pilot_enables_light_paths_only_where_more_efficient() {
     let off = LightPathRule::OFF;
     let caustics = LightPathRule::Caustics(LightPathShare::Quarter);
-    let all = LightPathRule::Share(LightPathShare::Quarter);
+    let all = LightPathRule::Share(LightPathShare::One);
     for (name, least, most, expected) in [
         ("caustics", 1.2, 10.0, caustics),
         ("four-lights", 1.0, 1.2, off),

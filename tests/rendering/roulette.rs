@@ -51,10 +51,18 @@ fn russian_roulette_is_unbiased_on_a_glossy_highlight() {
     }
 }
 
-/// Paths leave open scenes, where the smaller window is taken; closed rooms keep the usual one, and what is named stays.
+/// Paths leave open scenes, where the smaller window is taken, as beside light paths all of which are connected to the lens
+/// (shaded-lamps); other closed rooms keep the usual one, and what is named stays.
 #[test]
-fn weight_window_is_smaller_in_open_scenes() {
-    for (name, parts) in [("environment", 4), ("motion-blur", 4), ("ajar-door", 2)] {
+fn weight_window_is_smaller_in_open_scenes_and_beside_all_light_paths() {
+    let scenes = [
+        ("environment", 4),
+        ("motion-blur", 4),
+        ("shaded-lamps", 4),
+        ("ajar-door", 2),
+        ("suzanne-room", 2),
+    ];
+    for (name, parts) in scenes {
         let path = in_repository(&format!("scenes/{name}/{name}.toml"));
         let scene = load(&path).expect("it is valid");
         let session = Session::new(scene, tracing()).expect("it is valid");

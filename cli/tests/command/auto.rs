@@ -63,7 +63,7 @@ fn plan_reports_selected_integrator_and_alternatives() {
     let table = succeed(&folder, "plan point.toml").stdout;
     for words in [
         "integrator: --integrator auto selects path: ",
-        "light paths beside path: 1/4 for each camera path (camera paths alone miss light)",
+        "light paths beside path: 1 for each camera path (camera paths alone miss light)",
         "squared error at equal work in a pilot, relative to path: path 1.00, bdpt ",
         "roulette of path: window=1/",
         "filter: gaussian:1.5, splatting (where light varies little, 2.97 times",

@@ -3,7 +3,8 @@
 //! A smaller window ends fewer paths, which has less variance and costs more rays. The rays are counted in a small pilot;
 //! the variance is not measured, as its estimate scatters more than windows differ. In open scenes, whose paths end by
 //! leaving, the smaller window adds few rays and removes up to a third of the squared error; in closed rooms it adds more
-//! than it saves (docs/accuracy.md).
+//! than it saves (docs/accuracy.md). It may add more rays where all light paths are connected to the lens: long paths find
+//! what is left there (docs/hard-light.md).
 //!
 //! Measure: rays.
 //! Range: renders by `path` for which no rule is named.
@@ -18,6 +19,7 @@ use crate::film::Window;
 use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
+use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::roulette::WeightWindow;
 
 /// The approximate number of pixels of the pilots' images.
@@ -40,12 +42,15 @@ pub struct WeightWindowChoice {
     pub roulette: Roulette,
     /// The number of rays with the smaller window over that with the larger one.
     pub rays_of_smaller: f64,
+    /// The ratio of the numbers of rays up to which the smaller window is chosen.
+    pub max_rays: f64,
 }
 
-impl WeightWindowChoice {
-    /// The ratio of the numbers of rays up to which the smaller window is chosen.
-    pub const MAX_RAYS: f64 = 1.15;
-}
+/// The ratio of the numbers of rays up to which the smaller window is chosen.
+const MAX_RAYS: f64 = 1.15;
+
+/// The same beside light paths all of which are connected to the lens.
+const MAX_RAYS_BESIDE_LIGHT_PATHS: f64 = 1.5;
 
 /// Chooses a rule of roulette for settings that name none.
 ///
@@ -86,9 +91,14 @@ pub fn choose(
     };
     let usual = settings.roulette();
     let rays_of_smaller = rays(smaller)? / rays(usual)?;
-    let is_cheap = rays_of_smaller <= WeightWindowChoice::MAX_RAYS;
+    let max_rays = match settings.light_path_rule() {
+        LightPathRule::Share(share) if share != LightPathShare::None => MAX_RAYS_BESIDE_LIGHT_PATHS,
+        _ => MAX_RAYS,
+    };
+    let is_cheap = rays_of_smaller <= max_rays;
     Ok(Some(WeightWindowChoice {
         roulette: if is_cheap { smaller } else { usual },
         rays_of_smaller,
+        max_rays,
     }))
 }

@@ -19,7 +19,6 @@ use crate::film::Window;
 use crate::film::filter::FilterSampling;
 use crate::integrator::Roulette;
 use crate::integrator::kind::IntegratorKind;
-use crate::integrator::light_paths::LightPathShare;
 use crate::integrator::roulette::WeightWindow;
 
 /// The approximate number of pixels of the pilots' images.
@@ -35,6 +34,13 @@ const SEED: u64 = 0x7769_6e64_6f77;
 /// The reciprocal of the smaller window.
 const SMALLER: u8 = 4;
 
+/// The ratio of the numbers of rays up to which the smaller window is chosen.
+const MAX_RAYS: f64 = 1.15;
+
+/// The ratio of the numbers of rays up to which the smaller window is chosen where every light path, not caustics alone, is
+/// connected to the lens.
+const MAX_RAYS_BESIDE_LIGHT_PATHS: f64 = 1.5;
+
 /// A rule of roulette that a pilot has chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WeightWindowChoice {
@@ -45,12 +51,6 @@ pub struct WeightWindowChoice {
     /// The ratio of the numbers of rays up to which the smaller window is chosen.
     pub max_rays: f64,
 }
-
-/// The ratio of the numbers of rays up to which the smaller window is chosen.
-const MAX_RAYS: f64 = 1.15;
-
-/// The same beside light paths all of which are connected to the lens.
-const MAX_RAYS_BESIDE_LIGHT_PATHS: f64 = 1.5;
 
 /// Chooses a rule of roulette for settings that name none.
 ///
@@ -92,8 +92,8 @@ pub fn choose(
     let usual = settings.roulette();
     let rays_of_smaller = rays(smaller)? / rays(usual)?;
     let max_rays = match settings.light_path_rule() {
-        LightPathRule::Share(share) if share != LightPathShare::None => MAX_RAYS_BESIDE_LIGHT_PATHS,
-        _ => MAX_RAYS,
+        LightPathRule::OFF | LightPathRule::Caustics(_) | LightPathRule::Auto => MAX_RAYS,
+        LightPathRule::Share(_) => MAX_RAYS_BESIDE_LIGHT_PATHS,
     };
     let is_cheap = rays_of_smaller <= max_rays;
     Ok(Some(WeightWindowChoice {

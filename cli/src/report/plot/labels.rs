@@ -1,8 +1,8 @@
 //! Texts at points of a plot, where there is room for them.
 //!
 //! Measure: units of the frame.
-//! Range: any labels; one that would cover another or leave the frame at all four corners of its point is left out. A corner
-//! that no line runs through is preferred.
+//! Range: any labels; one that would cover another or leave the frame in every place is left out. The places are the four corners
+//! of the point, then those farther aside; one that no line runs through is preferred.
 //! Source: none needed. Tested below.
 
 use super::frame::{PlotFrame, round};
@@ -10,12 +10,16 @@ use crate::report::chart::HUES;
 use etendue_lab::plot::Series;
 use maud::{Markup, html};
 
-/// The height of a text, and the width of one character, at the font size of narrow pages.
-const HEIGHT: f64 = 15.0;
-const WIDTH: f64 = 8.0;
+/// The height of a text, and the width of one bold character, at the font size of narrow pages.
+const HEIGHT: f64 = 16.0;
+const WIDTH: f64 = 9.7;
 
-/// The distance between a point and its text.
-const AWAY: f64 = 7.0;
+/// The distances between a point and its text, to the side and up or down.
+const AWAY: [f64; 2] = [7.0, 2.0];
+
+/// The places at each corner: their number, and the distance from one to the next.
+const PLACES: u32 = 24;
+const STEP: f64 = 8.0;
 
 /// A placed text.
 struct PlacedLabel<'a> {
@@ -41,44 +45,58 @@ pub fn drawn(series: &[Series], frame: &PlotFrame) -> Markup {
 fn placed<'a>(series: &'a [Series], frame: &PlotFrame) -> Vec<PlacedLabel<'a>> {
     let mut all: Vec<PlacedLabel<'a>> = Vec::new();
     let lines = lines(series, frame);
-    for series in series {
-        for label in &series.labels {
-            let Some([x, y]) = frame.at(label.point[0], label.point[1]) else {
-                continue;
+    for (hue, text, [x, y]) in from_left_to_right(series, frame) {
+        let width = WIDTH * text.chars().count() as f64;
+        let corners = [(1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)];
+        let places = (0..PLACES).flat_map(|place| corners.map(|corner| (place, corner)));
+        let areas = places.filter_map(|(place, (right, down))| {
+            let aside = AWAY[0] + f64::from(place) * STEP;
+            let left = if right > 0.0 {
+                x + aside
+            } else {
+                x - aside - width
             };
-            let width = WIDTH * label.text.chars().count() as f64;
-            let corners = [(1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)];
-            let areas = corners.into_iter().filter_map(|(right, down)| {
-                let left = if right > 0.0 {
-                    x + AWAY
-                } else {
-                    x - AWAY - width
-                };
-                let top = if down > 0.0 {
-                    y + 0.5 * AWAY
-                } else {
-                    y - 0.5 * AWAY - HEIGHT
-                };
-                let area = [left, top, left + width, top + HEIGHT];
-                let is_inside =
-                    left >= 0.0 && top >= 0.0 && area[2] <= frame.width && area[3] <= frame.height;
-                let is_free = all.iter().all(|other| !overlap(&area, &other.area));
-                (is_inside && is_free).then_some(area)
-            });
-            let areas: Vec<[f64; 4]> = areas.collect();
-            let beside_lines = areas
-                .iter()
-                .find(|area| !lines.iter().any(|it| meets(it, area)));
-            let place = beside_lines.or(areas.first());
-            all.extend(place.map(|&area| PlacedLabel {
-                text: &label.text,
-                hue: series.hue,
-                at: [area[0], area[3] - 0.25 * HEIGHT],
-                area,
-            }));
-        }
+            let top = if down > 0.0 {
+                y + AWAY[1]
+            } else {
+                y - AWAY[1] - HEIGHT
+            };
+            let area = [left, top, left + width, top + HEIGHT];
+            let is_inside =
+                left >= 0.0 && top >= 0.0 && area[2] <= frame.width && area[3] <= frame.height;
+            let is_free = all.iter().all(|other| !overlap(&area, &other.area));
+            (is_inside && is_free).then_some(area)
+        });
+        let areas: Vec<[f64; 4]> = areas.collect();
+        let beside_lines = areas
+            .iter()
+            .find(|area| !lines.iter().any(|it| meets(it, area)));
+        let place = beside_lines.or(areas.first());
+        all.extend(place.map(|&area| PlacedLabel {
+            text,
+            hue,
+            at: [area[0], area[3] - 0.25 * HEIGHT],
+            area,
+        }));
     }
     all
+}
+
+/// The hue, text and point of each label, by x: beside lines that cross one level, labels then have the order of the lines.
+fn from_left_to_right<'a>(
+    series: &'a [Series],
+    frame: &PlotFrame,
+) -> Vec<(usize, &'a str, [f64; 2])> {
+    let labels = series
+        .iter()
+        .flat_map(|series| series.labels.iter().map(|label| (series.hue, label)));
+    let placed = labels.filter_map(|(hue, label)| {
+        let point = frame.at(label.point[0], label.point[1])?;
+        Some((hue, label.text.as_str(), point))
+    });
+    let mut sorted: Vec<_> = placed.collect();
+    sorted.sort_by(|(.., a), (.., b)| a[0].total_cmp(&b[0]));
+    sorted
 }
 
 /// The lines between the points of all series.
@@ -146,7 +164,7 @@ mod tests {
     #[test]
     fn labels_do_not_overlap() {
         let areas = labels(&[[0.5, 0.5]; 6]);
-        assert_eq!(areas.len(), 4);
+        assert_eq!(areas.len(), 6);
         for (index, a) in areas.iter().enumerate() {
             assert!(areas[..index].iter().all(|b| !overlap(a, b)));
         }

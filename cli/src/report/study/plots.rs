@@ -39,7 +39,7 @@ const SECONDS: [(f64, &str); 14] = [
 ];
 
 /// The factor from the longest time to the end of its axis.
-const ROOM: f64 = 10.0;
+const ROOM: f64 = 50.0;
 
 /// Number of segments of a law: it is straight except for the start.
 const SEGMENTS: u32 = 16;

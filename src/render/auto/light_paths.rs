@@ -8,6 +8,9 @@
 //! ratio of the times of a sample, which docs/hard-light.md has for several scenes. Where the gains of light paths that are no
 //! caustics are small, only caustics are connected to the lens, which takes less time.
 //!
+//! V is too small where a pilot lacks rare bright samples of paths that no light path finds, such as caustics seen through
+//! glass. Light paths are then chosen although they remove a small part of the error (water in docs/hard-light.md).
+//!
 //! Measure: relative variance.
 //! Range: any scene; without a shape that casts caustics there is no pilot, and there are no light paths.
 //! Source: the second moment of a multi-sample estimator, Veach 1997, section 9.2. Tested in

@@ -262,7 +262,7 @@ fn times_are_predicted_for_another_thread_count() {
     studied(
         &folder,
         "small.toml --vary sampler=sobol --size 8x6 --threads 2 --for-threads 64 -q",
-        |report| report["scaling"].is_null(),
+        |report| report["scaling"].is_null() || report["derived"][0]["slope"].is_null(),
     );
     let report = json(&read(&folder, "out/study.json"));
     let scaling = &report["scaling"];

@@ -45,34 +45,18 @@ pub fn drawn(series: &[Series], frame: &PlotFrame) -> Markup {
 fn placed<'a>(series: &'a [Series], frame: &PlotFrame) -> Vec<PlacedLabel<'a>> {
     let mut all: Vec<PlacedLabel<'a>> = Vec::new();
     let lines = lines(series, frame);
-    for (hue, text, [x, y]) in from_left_to_right(series, frame) {
+    for (hue, text, point) in from_left_to_right(series, frame) {
         let width = WIDTH * text.chars().count() as f64;
-        let corners = [(1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (-1.0, -1.0)];
-        let places = (0..PLACES).flat_map(|place| corners.map(|corner| (place, corner)));
-        let areas = places.filter_map(|(place, (right, down))| {
-            let aside = AWAY[0] + f64::from(place) * STEP;
-            let left = if right > 0.0 {
-                x + aside
-            } else {
-                x - aside - width
-            };
-            let top = if down > 0.0 {
-                y + AWAY[1]
-            } else {
-                y - AWAY[1] - HEIGHT
-            };
-            let area = [left, top, left + width, top + HEIGHT];
+        let is_free = |area: &[f64; 4]| {
+            let [left, top, right, bottom] = *area;
             let is_inside =
-                left >= 0.0 && top >= 0.0 && area[2] <= frame.width && area[3] <= frame.height;
-            let is_free = all.iter().all(|other| !overlap(&area, &other.area));
-            (is_inside && is_free).then_some(area)
-        });
-        let areas: Vec<[f64; 4]> = areas.collect();
-        let beside_lines = areas
-            .iter()
-            .find(|area| !lines.iter().any(|it| meets(it, area)));
-        let place = beside_lines.or(areas.first());
-        all.extend(place.map(|&area| PlacedLabel {
+                left >= 0.0 && top >= 0.0 && right <= frame.width && bottom <= frame.height;
+            is_inside && all.iter().all(|other| !overlap(area, &other.area))
+        };
+        let free: Vec<[f64; 4]> = areas(point, width).filter(is_free).collect();
+        let is_beside_lines = |area: &&[f64; 4]| !lines.iter().any(|line| meets(line, area));
+        let area = free.iter().find(is_beside_lines).or(free.first()).copied();
+        all.extend(area.map(|area| PlacedLabel {
             text,
             hue,
             at: [area[0], area[3] - 0.25 * HEIGHT],
@@ -80,6 +64,17 @@ fn placed<'a>(series: &'a [Series], frame: &PlotFrame) -> Vec<PlacedLabel<'a>> {
         }));
     }
     all
+}
+
+/// The areas for a text of this width at a point: the preferred one first.
+fn areas([x, y]: [f64; 2], width: f64) -> impl Iterator<Item = [f64; 4]> {
+    (0..PLACES).flat_map(move |place| {
+        let aside = AWAY[0] + f64::from(place) * STEP;
+        let (left, right) = (x - aside - width, x + aside);
+        let (above, below) = (y - AWAY[1] - HEIGHT, y + AWAY[1]);
+        let corners = [(right, above), (left, below), (right, below), (left, above)];
+        corners.map(|(left, top)| [left, top, left + width, top + HEIGHT])
+    })
 }
 
 /// The hue, text and point of each label, by x: beside lines that cross one level, labels then have the order of the lines.
@@ -135,6 +130,18 @@ mod tests {
     use super::*;
     use etendue_lab::plot::{AspectRatio, Axis, Label, Mark, Plot};
 
+    /// A plot of the unit square.
+    fn square(series: Vec<Series>) -> Plot {
+        Plot {
+            title: String::new(),
+            reading: String::new(),
+            shape: AspectRatio::Square,
+            x: Axis::linear("x").over(0.0, 1.0),
+            y: Axis::linear("y").over(0.0, 1.0),
+            series,
+        }
+    }
+
     fn labels(points: &[[f64; 2]]) -> Vec<[f64; 4]> {
         labels_beside(points, vec![])
     }
@@ -146,14 +153,7 @@ mod tests {
             text: "1 min".to_owned(),
         });
         let series = Series::new("s", Mark::Line, 0, line).labelled(labels.collect());
-        let plot = Plot {
-            title: String::new(),
-            reading: String::new(),
-            shape: AspectRatio::Square,
-            x: Axis::linear("x").over(0.0, 1.0),
-            y: Axis::linear("y").over(0.0, 1.0),
-            series: vec![series],
-        };
+        let plot = square(vec![series]);
         let frame = PlotFrame::new(&plot);
         placed(&plot.series, &frame)
             .iter()
@@ -181,6 +181,28 @@ mod tests {
         let crossed = vec![[0.0, 0.4], [1.0, 0.6], [1.0, 0.4], [0.0, 0.6]];
         assert_eq!(labels_beside(&[[0.5, 0.5]], crossed).len(), 1);
         assert!(!meets(&[[0.0, 0.0], [0.0, 9.0]], &[1.0, 0.0, 2.0, 9.0]));
+    }
+
+    #[test]
+    fn labels_of_near_lines_are_beside_them_in_their_order() {
+        let line = |start: f64| {
+            let points = vec![[start, 1.0], [start + 0.8, 0.0]];
+            let label = Label {
+                point: [start + 0.4, 0.5],
+                text: "1 s".to_owned(),
+            };
+            Series::new("s", Mark::Line, 0, points).labelled(vec![label])
+        };
+        // The order of the series is not that of their lines.
+        let series = [0.1, 0.0, 0.05].map(line).to_vec();
+        let frame = PlotFrame::new(&square(series.clone()));
+        let areas: Vec<_> = placed(&series, &frame).iter().map(|it| it.area).collect();
+        let lines = lines(&series, &frame);
+        assert_eq!((areas.len(), lines.len()), (3, 3));
+        for area in &areas {
+            assert!(!lines.iter().any(|line| meets(line, area)), "{areas:?}");
+        }
+        assert!(areas.is_sorted_by(|a, b| a[0] < b[0]), "{areas:?}");
     }
 
     #[test]

@@ -24,6 +24,9 @@ const PART: usize = 8192;
 const BLOCK: f64 = 16.0;
 const MIN_BLOCKS: f64 = 64.0;
 
+/// The edge in pixels of the tiles over whose sums the correlation of neighbouring pixels is measured.
+pub const TILE: u32 = 8;
+
 /// Two references, and the weights that make errors relative.
 #[derive(Debug, Clone)]
 pub struct References {
@@ -112,9 +115,35 @@ impl References {
             squares += variance * variance / 3.0;
         }
         let count = (3 * self.weights.len()) as f64;
+        // The variance of the sum of products is that of w_i w_j C_ij^2 over all pairs of pixels, with C their covariance:
+        // at most that of single pixels times the correlation, as the squares of correlations are at most themselves.
         ReferenceNoise {
             rel_mse: sum / count,
-            product_deviation: squares.sqrt() / count,
+            product_deviation: (self.correlation() * squares).sqrt() / count,
+        }
+    }
+
+    /// The variance of sums over tiles, over that of independent pixels: above 1, as a sample is splatted to several
+    /// neighbours.
+    pub fn correlation(&self) -> f64 {
+        let width = self.one.width();
+        let (mut of_sums, mut of_pixels) = (0.0, 0.0);
+        for tile in ImageTile::all(width, self.one.height(), TILE) {
+            let mut sums = [0.0; 3];
+            for index in tile.indices(width) {
+                let [a, b] = [&self.one, &self.two].map(|it| it.pixels()[index].to_array());
+                for c in 0..3 {
+                    let difference = f64::from(a[c]) - f64::from(b[c]);
+                    let relative = self.weights[index][c].sqrt() * difference;
+                    sums[c] += relative;
+                    of_pixels += relative * relative;
+                }
+            }
+            of_sums += sums.iter().map(|sum| sum * sum).sum::<f64>();
+        }
+        match of_pixels > 0.0 {
+            true => f64::max(of_sums / of_pixels, 1.0),
+            false => 1.0,
         }
     }
 
@@ -198,39 +227,41 @@ mod tests {
         normal_quantile(uniform) as f32
     }
 
+    /// A square image of mean 1 in which squares of this edge share their noise, as splats do.
+    fn splatted(dealer: &mut Dealer, side: usize, edge: usize) -> Image {
+        let across = side / edge;
+        let splats: Vec<f32> = (0..across * across).map(|_| normal(dealer)).collect();
+        let pixel = |i: usize| splats[i / side / edge * across + i % side / edge];
+        let pixels = (0..side * side).map(|i| Rgb::grey(1.0 + 0.1 * pixel(i)));
+        Image::new(side as u32, side as u32, pixels.collect())
+    }
+
     #[test]
     fn shared_noise_of_grey_references_has_the_stated_deviation() {
         let mut dealer = Dealer::new(1);
-        let (mut products, mut stated) = (Moments::default(), Moments::default());
-        for _ in 0..2000 {
-            let mut image = || {
-                let values: Vec<f32> = (0..48).map(|_| 1.0 + 0.1 * normal(&mut dealer)).collect();
-                grey(&values)
-            };
-            let references = References::new(image(), image()).expect("light");
-            // The exact image has no error but that of the references.
-            let exact = grey(&[1.0; 48]);
-            products.push(references.product(&exact, &exact));
-            stated.push(references.noise().product_deviation.powi(2));
+        let exact = Image::filled(48, 48, Rgb::grey(1.0));
+        for edge in [1, 2] {
+            let (mut products, mut stated) = (Moments::default(), Moments::default());
+            for _ in 0..1500 {
+                let mut image = || splatted(&mut dealer, 48, edge);
+                let references = References::new(image(), image()).expect("light");
+                // The exact image has no error but that of the references.
+                products.push(references.product(&exact, &exact));
+                stated.push(references.noise().product_deviation.powi(2));
+            }
+            let ratio = stated.mean() / products.variance().expect("many");
+            // The variance of 1500 numbers is known to 4 %, and a correlation below 1 counts as 1; independent channels
+            // would have a third of the variance, independent pixels a quarter of that of edge 2.
+            assert!((0.85..1.25).contains(&ratio), "{edge}: {ratio}");
         }
-        let ratio = stated.mean() / products.variance().expect("many");
-        // The variance of 2000 numbers is known to 3 %; independent channels would have a third of it.
-        assert!((0.85..1.15).contains(&ratio), "{ratio}");
     }
 
     #[test]
     fn luminance_error_includes_noise_that_neighbours_share() {
         let mut dealer = Dealer::new(2);
         let (mut means, mut stated) = (Moments::default(), Moments::default());
-        let side = 64;
         for _ in 0..300 {
-            let mut image = || {
-                // Each splat adds to two by two pixels.
-                let splats: Vec<f32> = (0..side * side / 4).map(|_| normal(&mut dealer)).collect();
-                let pixel = |i: usize| splats[i / side / 2 * side / 2 + i % side / 2];
-                let pixels = (0..side * side).map(|i| Rgb::grey(1.0 + 0.1 * pixel(i)));
-                Image::new(side as u32, side as u32, pixels.collect())
-            };
+            let mut image = || splatted(&mut dealer, 64, 2);
             let references = References::new(image(), image()).expect("light");
             means.push(references.mean().mean()[0]);
             stated.push(references.luminance_error().powi(2));

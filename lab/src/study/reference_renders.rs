@@ -11,6 +11,7 @@ use super::run::Study;
 use super::runner::{Purpose, luminance, seed_for};
 use super::settings::StudyClock;
 use super::variant::Variant;
+use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::image::Image;
 use etendue::internals::math::rgb::Rgb;
 use etendue::internals::render::settings::{RenderSettings, SamplerKind};
@@ -37,6 +38,8 @@ impl Study<'_> {
             sampler: SamplerKind::Sobol,
             light_paths: self.settings.reference_light_paths,
             occlusion_distance: None,
+            // As most variants have: with a sample in one pixel alone, both references may miss the edge of a small lamp.
+            filter_sampling: FilterSampling::default(),
             threads: self.settings.options.threads,
             ..RenderSettings::new(self.prepared.size(), 1)
         };

@@ -4,15 +4,12 @@
 //! Measure: probabilities, one for each tile of 8 x 8 pixels; without bias they are uniform in [0, 1].
 //! Range: at least two renders; tiles without noise cannot be tested and are left out.
 //! Source: Welch's t-test on the mean luminance of a tile. The variance of the references' mean is computed from their
-//! difference in each of its pixels, which share no samples. Tested below.
+//! difference in each of its pixels, and from the correlation of neighbours. Tested below.
 
-use super::reference::References;
+use super::reference::{References, TILE};
 use etendue::internals::image::Image;
 use etendue::internals::image::tiles::ImageTile;
 use etendue::internals::math::stats::{Moments, student_p_value};
-
-/// Edge of a tile in pixels.
-const EDGE: u32 = 8;
 
 /// The p-values of all tiles.
 pub fn p_values(references: &References, renders: &[Image]) -> Vec<f64> {
@@ -20,7 +17,12 @@ pub fn p_values(references: &References, renders: &[Image]) -> Vec<f64> {
         return Vec::new();
     };
     let (width, height) = (first.width(), first.height());
+    let correlation = references.correlation();
     let variance = references.variance_of_mean();
+    let variance: Vec<[f64; 3]> = variance
+        .iter()
+        .map(|of_pixel| of_pixel.map(|v| correlation * v))
+        .collect();
     let of_tile = |tile: ImageTile| {
         let columns = tile.x..tile.x + tile.width;
         let rows = tile.y..tile.y + tile.height;
@@ -28,7 +30,7 @@ pub fn p_values(references: &References, renders: &[Image]) -> Vec<f64> {
         let pixels: Vec<usize> = pixels.collect();
         p_value(&pixels, references.mean(), &variance, renders)
     };
-    ImageTile::all(width, height, EDGE)
+    ImageTile::all(width, height, TILE)
         .filter_map(of_tile)
         .collect()
 }

@@ -3,6 +3,7 @@
 use crate::common::room::{LAMP, room, with_mirrored_point_light};
 use etendue::ErrorKind;
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
+use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::{LightPathRule, RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
@@ -389,4 +390,23 @@ fn references_have_the_caustics_of_point_lights() {
     let [auto, none] = [0, 1].map(|index| &all[index].1.bias);
     assert!(!auto.is_found, "{auto:?}");
     assert!(none.is_found && none.light[0] < 0.0, "{none:?}");
+}
+
+/// With a sample in one pixel alone, references would have several times the noise of as many samples that are splatted.
+#[test]
+fn references_are_as_accurate_as_splatted_renders() {
+    let schedule = Schedule {
+        reference_spp: 32,
+        seeds: vec![vec![8; 6]],
+    };
+    let sobol = [SettingValue::Sampler(SamplerKind::Sobol)];
+    let mut settings = settings(&sobol, 8.0, Some(schedule));
+    settings.variants[0].settings.filter_sampling = FilterSampling::Splatting;
+    let report = study(&settings);
+    let all = summaries(&report);
+    let level = all[0].1.levels.last().expect("levels");
+    let reference = report.reference.expect("references");
+    assert_eq!([level.spp, reference.spp], [32, 32]);
+    let ratio = reference.noise.rel_mse / level.variance.value;
+    assert!((0.5..1.5).contains(&ratio), "{ratio}");
 }

@@ -3,7 +3,7 @@
 use crate::common::room::{LAMP, room, with_mirrored_point_light};
 use etendue::ErrorKind;
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
-use etendue::internals::film::filter::FilterSampling;
+use etendue::internals::film::filter::{FilterDescription, FilterKind, FilterSampling};
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::{LightPathRule, RenderSettings, SamplerKind};
 use etendue::internals::scene::description::SceneDescription;
@@ -402,7 +402,19 @@ fn references_are_as_accurate_as_splatted_renders() {
     let sobol = [SettingValue::Sampler(SamplerKind::Sobol)];
     let mut settings = settings(&sobol, 8.0, Some(schedule));
     settings.variants[0].settings.filter_sampling = FilterSampling::Splatting;
-    let report = study(&settings);
+    let mut description = scene();
+    description.film.filter = FilterDescription {
+        kind: FilterKind::Gaussian,
+        radius: FilterKind::Gaussian.default_radius(),
+    };
+    let report = run(
+        &description,
+        (64, 64),
+        &settings,
+        Instant::now(),
+        &NullStudyObserver,
+    )
+    .expect("a valid study");
     let all = summaries(&report);
     let level = all[0].1.levels.last().expect("levels");
     let reference = report.reference.expect("references");

@@ -69,22 +69,25 @@ mod tests {
     use etendue::internals::math::rgb::Rgb;
     use etendue::internals::math::stats::normal_quantile;
 
-    fn picture(dealer: &mut Dealer, mean: f64, sigma: f64) -> Image {
-        let mut pixel = || {
+    /// An image in which squares of this edge share their noise.
+    fn picture(dealer: &mut Dealer, mean: f64, sigma: f64, edge: usize) -> Image {
+        let mut number = || {
             let uniform = (dealer.below(1 << 40) as f64 + 0.5) / (1_u64 << 40) as f64;
             Rgb::grey((mean + sigma * normal_quantile(uniform)) as f32)
         };
-        Image::new(64, 40, (0..64 * 40).map(|_| pixel()).collect())
+        let numbers: Vec<Rgb> = (0..64 * 40).map(|_| number()).collect();
+        let pixel = |i: usize| numbers[i / 64 / edge * 64 + i % 64 / edge];
+        Image::new(64, 40, (0..64 * 40).map(pixel).collect())
     }
 
-    fn shares(bias: f64) -> [f64; 2] {
+    fn shares(bias: f64, edge: usize) -> [f64; 2] {
         let mut dealer = Dealer::new(9);
         let mut all = Vec::new();
         for _ in 0..20 {
-            let [one, two] = [0; 2].map(|_| picture(&mut dealer, 1.0, 0.1));
+            let [one, two] = [0; 2].map(|_| picture(&mut dealer, 1.0, 0.1, edge));
             let references = References::new(one, two).expect("light");
             let renders: Vec<Image> = (0..8)
-                .map(|_| picture(&mut dealer, 1.0 + bias, 0.2))
+                .map(|_| picture(&mut dealer, 1.0 + bias, 0.2, edge))
                 .collect();
             all.extend(p_values(&references, &renders));
         }
@@ -98,12 +101,14 @@ mod tests {
     #[test]
     fn tile_p_values_are_uniform_without_bias_and_detect_bias() {
         // Five standard deviations of shares of 800 tiles.
-        let [half, few] = shares(0.0);
-        assert!(
-            (half - 0.5).abs() < 0.09 && (few - 0.05).abs() < 0.039,
-            "{half} {few}"
-        );
-        let [_, found] = shares(0.06);
+        for edge in [1, 2] {
+            let [half, few] = shares(0.0, edge);
+            assert!(
+                (half - 0.5).abs() < 0.09 && (few - 0.05).abs() < 0.039,
+                "{edge}: {half} {few}"
+            );
+        }
+        let [_, found] = shares(0.06, 1);
         assert!(found > 0.9, "{found}");
     }
 

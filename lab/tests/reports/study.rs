@@ -3,10 +3,10 @@
 use crate::common::room::{LAMP, room, with_mirrored_point_light};
 use etendue::ErrorKind;
 use etendue::internals::accel::{AccelOptions, Backend, Precision};
-use etendue::internals::film::filter::{FilterDescription, FilterKind, FilterSampling};
+use etendue::internals::film::filter::FilterSampling;
 use etendue::internals::integrator::kind::IntegratorKind;
 use etendue::internals::render::settings::{LightPathRule, RenderSettings, SamplerKind};
-use etendue::internals::scene::description::SceneDescription;
+use etendue::internals::scene::description::{FilmDescription, SceneDescription};
 use etendue_lab::study::answer::Answer;
 use etendue_lab::study::report::StudyReport;
 use etendue_lab::study::run;
@@ -49,8 +49,12 @@ pub fn settings(
 }
 
 pub fn study(settings: &StudySettings) -> StudyReport {
+    study_of(&scene(), settings)
+}
+
+fn study_of(description: &SceneDescription, settings: &StudySettings) -> StudyReport {
     run(
-        &scene(),
+        description,
         (64, 64),
         settings,
         Instant::now(),
@@ -378,14 +382,7 @@ fn references_have_the_caustics_of_point_lights() {
     let rules = [LightPathRule::Auto, LightPathRule::OFF];
     let choices = rules.map(SettingValue::LightPaths);
     let settings = settings(&choices, 8.0, Some(fixed(2)));
-    let report = run(
-        &description,
-        (64, 64),
-        &settings,
-        Instant::now(),
-        &NullStudyObserver,
-    )
-    .expect("a valid study");
+    let report = study_of(&description, &settings);
     let all = summaries(&report);
     let [auto, none] = [0, 1].map(|index| &all[index].1.bias);
     assert!(!auto.is_found, "{auto:?}");
@@ -403,18 +400,8 @@ fn references_are_as_accurate_as_splatted_renders() {
     let mut settings = settings(&sobol, 8.0, Some(schedule));
     settings.variants[0].settings.filter_sampling = FilterSampling::Splatting;
     let mut description = scene();
-    description.film.filter = FilterDescription {
-        kind: FilterKind::Gaussian,
-        radius: FilterKind::Gaussian.default_radius(),
-    };
-    let report = run(
-        &description,
-        (64, 64),
-        &settings,
-        Instant::now(),
-        &NullStudyObserver,
-    )
-    .expect("a valid study");
+    description.film.filter = FilmDescription::default().filter;
+    let report = study_of(&description, &settings);
     let all = summaries(&report);
     let level = all[0].1.levels.last().expect("levels");
     let reference = report.reference.expect("references");

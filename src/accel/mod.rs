@@ -123,8 +123,8 @@ pub fn embree_info() -> Result<Option<library::EmbreeInfo>> {
 /// The precision of ray intersections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Precision {
-    /// Watertight along edges, and with obvhs also at vertices. With Embree, every hit on a triangle is checked, which
-    /// adds about a third to the traversal time; some segments aimed exactly at vertices still miss, one in 10^4 for a
+    /// Watertight along edges, and with obvhs also at vertices. With Embree, its robust mode and the check of every hit on a
+    /// triangle add about a third to the traversal time; some segments aimed exactly at vertices still miss, one in 10^4 for a
     /// coarse mesh and one in 100 for a fine one. obvhs intersects triangles in double precision.
     #[default]
     Robust,

@@ -211,6 +211,11 @@ pub const PLANTED: &[Planted] = &[
         "tracing::rays::excluded_primitive_is_skipped_up_to_its_free_distance",
     ),
     bug(
+        "distant-hits-accepted",
+        "hits of packets far from their triangles are not recomputed",
+        "lib::accel::embree::check::tests::only_hits_that_may_be_wrong_are_confirmed_one_by_one",
+    ),
+    bug(
         "shadow-rays-together",
         "shadow rays go through Embree's packets as they are, which take the first steps down the tree together",
         "tracing::packets::packet_hits_are_independent_of_other_lanes",

@@ -104,7 +104,7 @@ pub struct TracingArguments {
     /// Library that traces the rays.
     #[arg(long, value_parser = backend(), default_value = Backend::ALL[0].name())]
     pub backend: Backend,
-    /// Ray tracing precision: robust is watertight along edges; fast saves about a third of the tracing time and may
+    /// Ray tracing precision: robust is watertight along edges; fast saves about a quarter of the tracing time and may
     /// miss an edge.
     #[arg(long, value_parser = precision(), default_value = Precision::Robust.name())]
     pub precision: Precision,

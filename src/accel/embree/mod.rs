@@ -1,9 +1,7 @@
 //! The Embree backend.
 //!
 //! Single rays are traced by `rtcIntersect1` and `rtcOccluded1`, batches by packets (`packets.rs`). In robust
-//! precision every hit on a triangle is checked: if the point along the ray and the point from the barycentric
-//! coordinates disagree, the intersection is recomputed in double precision, because Embree's robust mode is known to
-//! report hits far off the triangle (Embree issue 387).
+//! precision every hit on a triangle is checked (`check.rs`).
 //!
 //! A group is a separate Embree scene, built once; its instances are attached to the main scene under the ids that
 //! follow those of the top-level shapes.
@@ -13,6 +11,7 @@
 //! Source: Embree's manual; Woop, Benthin and Wald 2013 for its robust mode. Tested in `tests/tracing/rays.rs`.
 #![allow(unsafe_code)]
 
+mod check;
 mod device;
 mod info;
 mod lanes;
@@ -23,16 +22,12 @@ mod scene;
 pub use info::info;
 
 use super::batch::PacketWidth;
-use super::{AccelOptions, Hit, Precision, PrimitiveId};
+use super::{AccelOptions, Hit, PrimitiveId};
 use crate::error::Result;
 use crate::geometry::Geometry;
-use crate::geometry::mesh::triangle_point;
-use crate::geometry::placed::PlacedShape;
 use crate::geometry::world::World;
 use crate::math::ray::Ray;
-use crate::math::robust::gamma;
-use crate::math::triangle::{intersect_plane, nearest_in_triangle};
-use crate::math::vec::{DAffine3, DVec3};
+use crate::math::vec::DAffine3;
 use device::Device;
 use embree4_sys::{RTC_INVALID_GEOMETRY_ID, RTCHit, RTCRay, RTCRayHit};
 use scene::{CommittedScene, EmbreeScene};
@@ -159,88 +154,6 @@ impl EmbreeAccel {
         let id = PrimitiveId { shape, primitive };
         Some(Hit { id, t, uv })
     }
-
-    /// Returns the hit that Embree found on a ray, or, if it fails the check, the first one beyond it that passes.
-    #[inline]
-    fn confirm(&self, ray: &Ray, time: f32, mut hit: Hit) -> Option<Hit> {
-        if self.options.precision == Precision::Fast {
-            return Some(hit);
-        }
-        let mut ray = *ray;
-        loop {
-            if let Some(checked) = self.check(&ray, time, hit) {
-                return Some(checked);
-            }
-            ray.begin_after(hit.t);
-            hit = self.query(&ray, time)?;
-        }
-    }
-
-    /// Returns the hit, if necessary recomputed in double precision; `None` if it is not near its triangle.
-    #[inline]
-    fn check(&self, ray: &Ray, time: f32, hit: Hit) -> Option<Hit> {
-        if let Some(placed) = self.world.placed(hit.id.shape, time) {
-            return check_placed(&placed, ray, hit);
-        }
-        let Geometry::Mesh(mesh) = self.world.geometry(hit.id.shape) else {
-            return Some(hit);
-        };
-        let point = triangle_point(mesh.triangle(hit.id.primitive), hit.uv);
-        let along = hit.t * ray.dir;
-        let bound = point.error + gamma(4) * (ray.origin.abs() + along.abs());
-        let apart = (ray.origin + along - point.p).abs();
-        if apart.cmple(bound).all() {
-            return Some(hit);
-        }
-        let vertices = mesh.triangle(hit.id.primitive).map(|v| v.as_dvec3());
-        recheck(vertices, ray, hit, bound.as_dvec3())
-    }
-}
-
-/// Checks a hit on a shape of an instance, against the triangle in world space.
-fn check_placed(placed: &PlacedShape, ray: &Ray, hit: Hit) -> Option<Hit> {
-    let Geometry::Mesh(mesh) = placed.geometry else {
-        return Some(hit);
-    };
-    let local = triangle_point(mesh.triangle(hit.id.primitive), hit.uv);
-    let origin = ray.origin.as_dvec3();
-    let along = f64::from(hit.t) * ray.dir.as_dvec3();
-    let rounding = f64::from(gamma(4)) * (origin.abs() + along.abs());
-    let is_within = |bound: DVec3| {
-        let apart = origin + along - placed.to_world(local.p.as_dvec3());
-        apart.abs().cmple(bound).all()
-    };
-    // Nearly every hit passes with this bound; the larger bound, with the errors of instancing, is more expensive to
-    // compute.
-    if is_within(rounding) {
-        return Some(hit);
-    }
-    let (_, error) = placed.point(local.p, local.error, along.abs());
-    let bound = error + rounding;
-    if is_within(bound) {
-        return Some(hit);
-    }
-    recheck(placed.triangle(mesh, hit.id.primitive), ray, hit, bound)
-}
-
-/// Recomputes a hit in double precision. A hit that is outside the triangle by no more than rounding is kept and
-/// moved to the triangle's edge; otherwise edges would not be watertight.
-#[cold]
-fn recheck(vertices: [DVec3; 3], ray: &Ray, hit: Hit, bound: DVec3) -> Option<Hit> {
-    let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
-    let (t, uv) = intersect_plane(vertices, origin, dir)?;
-    let [a, b, c] = vertices;
-    let [u, v] = nearest_in_triangle(vertices, uv);
-    let nearest = (1.0 - u - v) * a + u * b + v * c;
-    let apart = (origin + t * dir - nearest).abs();
-    let t = t as f32;
-    // At oblique incidence Embree's rounding error on one axis may appear on another, hence the maxima over the axes.
-    let is_near = apart.max_element() <= 4.0 * bound.max_element();
-    (is_near && t > ray.t_min && t <= ray.t_max).then_some(Hit {
-        t,
-        uv: [u as f32, v as f32],
-        ..hit
-    })
 }
 
 /// Attaches shapes under their indices.

@@ -1,7 +1,7 @@
 //! Traces ray batches and packets by Embree's packets of 8 and 16.
 //!
-//! All lanes of a packet are loaded at once. Its hits go through the same check as those of single rays; where a hit
-//! is rejected, its ray is continued as a single ray. Which of two primitives at the same distance is reported, and
+//! All lanes of a packet are loaded at once. Its hits go through the same check as those of single rays, in lanes; where a
+//! hit is rejected, its ray is continued as a single ray. Which of two primitives at the same distance is reported, and
 //! the last bits of the hit, may differ from the results of single rays.
 //!
 //! For rays that are not flagged as coherent, Embree finds the closest hits of a packet one ray at a time; only the
@@ -17,9 +17,9 @@
 
 use super::EmbreeAccel;
 use super::scene::PacketQuery;
+use crate::accel::Hit;
 use crate::accel::batch::{HitBatch, PacketWidth, Packets, RayBatch};
 use crate::accel::lanes::{HitLanes, NO_ID, RayHitLanes, RayLanes};
-use crate::accel::{Hit, Precision};
 use crate::math::lanes::ActiveLanes;
 use crate::math::lanes::LANES;
 use crate::planted::planted;
@@ -74,10 +74,11 @@ impl EmbreeAccel {
                 self.scene
                     .intersect_packet(&active, &mut packet, &mut query);
             }
+            let to_confirm = self.lanes_to_confirm(&active, &packet);
             for lane in 0..N.min(rays.len() - start) {
                 let index = start + lane;
                 let mut hit = self.hit_of_lane(&packet, lane);
-                if self.options.precision == Precision::Robust {
+                if to_confirm.has(lane) {
                     let (ray, time) = rays.get(index);
                     hit = hit.and_then(|hit| self.confirm(&ray, time, hit));
                 }
@@ -156,12 +157,10 @@ impl EmbreeAccel {
                 packet.set_hit(lane, self.hit_of_lane(packet, lane));
             }
         }
-        if self.options.precision == Precision::Robust {
-            for lane in active.each() {
-                let (ray, time) = packet.ray(lane);
-                let hit = packet.hit(lane);
-                packet.set_hit(lane, hit.and_then(|hit| self.confirm(&ray, time, hit)));
-            }
+        for lane in self.lanes_to_confirm(active, packet).each() {
+            let (ray, time) = packet.ray(lane);
+            let hit = packet.hit(lane);
+            packet.set_hit(lane, hit.and_then(|hit| self.confirm(&ray, time, hit)));
         }
     }
 
@@ -216,7 +215,7 @@ impl EmbreeAccel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::accel::{AccelOptions, Backend, Quality};
+    use crate::accel::{AccelOptions, Backend, Precision, Quality};
     use crate::geometry::Geometry;
     use crate::geometry::mesh::Mesh;
     use crate::geometry::world::World;

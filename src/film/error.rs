@@ -295,20 +295,37 @@ mod tests {
     }
 
     #[test]
-    fn reported_bias_matches_denominator_noise_to_first_order() {
-        let bias = |samples| {
-            let grey = |_: usize, numbers: &mut TestRandom| 1.0 + numbers.normal();
-            film(SIZE, samples, 7, grey)
-                .error(0.95)
-                .expect("it has samples")
-                .bias
+    fn reported_bias_is_that_of_noise_comparable_to_the_truth() {
+        let bias = |samples, sample: fn(usize, &mut TestRandom) -> f64| {
+            let film = film(SIZE, samples, 7, sample);
+            film.error(0.95).expect("it has samples").bias
         };
-        // The noise of a half of n samples has a variance of 2 / n, and so has the bias, to first order.
-        for samples in [256, 1024] {
-            let expected = 2.0 / samples as f64;
-            let ratio = bias(samples) / expected;
-            assert!((0.9..1.1).contains(&ratio), "{samples}: {ratio}");
+        // The noise of a half, 2 / 256 of the truth's square, is far below a sixth of it.
+        assert!((0.0..0.001).contains(&bias(256, noisy)));
+        // Seven of ten halves have no bright sample, so that their squared mean is a quarter of the truth's; nothing done against
+        // it, the estimate is 2.9 times as large.
+        let rare = bias(64, rare);
+        assert!((1.0..3.0).contains(&rare), "{rare}");
+    }
+
+    #[test]
+    fn noise_of_emitter_edges_does_not_hide_that_of_dark_neighbours() {
+        // Half of each pixel's samples in every eighth column meet a lamp, forty times as bright as its surroundings.
+        let is_edge = |pixel: usize| pixel % 8 == 3;
+        let truth = |pixel: usize| if is_edge(pixel) { 20.0 } else { 1.0 };
+        let edge = |pixel: usize, numbers: &mut TestRandom| match is_edge(pixel) {
+            true if numbers.uniform() < 0.5 => 40.0,
+            true => 0.0,
+            false => 1.0 + numbers.normal(),
+        };
+        let (mut estimated, mut exact) = (0.0, 0.0);
+        for seed in 0..10 {
+            let film = film(SIZE, 64, seed, edge);
+            estimated += film.error(0.95).expect("it has samples").rel_rmse;
+            exact += true_error(&film, truth);
         }
+        let ratio = estimated / exact;
+        assert!((0.93..1.03).contains(&ratio), "{ratio}");
     }
 
     #[test]

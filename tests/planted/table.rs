@@ -236,6 +236,11 @@ pub const PLANTED: &[Planted] = &[
         "lib::film::error::tests::error_estimate_and_bound_hold_with_rare_bright_samples",
     ),
     bug(
+        "noise-of-edges-counts",
+        "the stated error adds the noise of a lamp's edge to the denominators of the dark pixels beside",
+        "lib::film::error::tests::noise_of_emitter_edges_does_not_hide_that_of_dark_neighbours",
+    ),
+    bug(
         "moderation-forgets-its-freedom",
         "error bars take a variance told by few numbers as known",
         "lib::film::error_bars::tests::interval_coverage_is_nominal_for_equal_and_unequal_variances",

@@ -64,9 +64,7 @@ impl EmbreeAccel {
                 _ => accepted.set(lane, false),
             }
         }
-        if !planted!("distant-hits-accepted", true, false) {
-            deactivate_distant(&triangles, packet, &mut accepted);
-        }
+        deactivate_distant(&triangles, packet, &mut accepted);
         hit_lanes.without(&accepted)
     }
 
@@ -118,7 +116,8 @@ vectorised! {
             let ray = (vector(&rays.origin), vector(&rays.dir));
             let uv = [hits.u[lane], hits.v[lane]];
             let (apart, bound) = compare(triangle, ray, rays.t_max[lane], uv);
-            active.0[lane] &= if is_within(apart, bound) { -1 } else { 0 };
+            let is_near = planted!("distant-hits-accepted", true, is_within(apart, bound));
+            active.0[lane] &= if is_near { -1 } else { 0 };
         }
     }
 }

@@ -186,7 +186,7 @@ impl Forecast {
         let grown = samples / now;
         // The uncertainty due to rare samples falls as that of any mean.
         let uncertainty = (uncertainty / grown.sqrt()).max(self.least_uncertainty.min(uncertainty));
-        // A sample's term and the bias fall as N^-2, the squared error as N^-1.
+        // A sample's term falls as N^-2, the bias at least as fast, the squared error as N^-1.
         let margin = margin(self.sigmas, uncertainty, largest_sample / grown);
         self.error(samples) * (1.0 + bias / grown + MODEL_ERROR + margin).sqrt()
     }

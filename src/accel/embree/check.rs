@@ -7,7 +7,8 @@
 //!
 //! Measure: normalised scene units.
 //! Range: coordinates up to 1e18 in magnitude; finite rays.
-//! Source: the bounds are those of `geometry/mesh.rs`. Tested in `tests/tracing/rays.rs` and `packets.rs`.
+//! Source: the bounds are those of `geometry/mesh.rs`. Tested below and in `tests/tracing/rays.rs`, `batches.rs` and
+//! `packets.rs`.
 
 use super::EmbreeAccel;
 use crate::accel::lanes::{NO_ID, RayHitLanes};
@@ -131,18 +132,18 @@ fn check_placed(placed: &PlacedShape, ray: &Ray, hit: Hit) -> Option<Hit> {
     let origin = ray.origin.as_dvec3();
     let along = f64::from(hit.t) * ray.dir.as_dvec3();
     let rounding = f64::from(gamma(4)) * (origin.abs() + along.abs());
-    let is_within = |bound: DVec3| {
+    let is_near = |bound: DVec3| {
         let apart = origin + along - placed.to_world(local.p.as_dvec3());
         apart.abs().cmple(bound).all()
     };
     // Nearly every hit passes with this bound; the larger bound, with the errors of instancing, is more expensive to
     // compute.
-    if is_within(rounding) {
+    if is_near(rounding) {
         return Some(hit);
     }
     let (_, error) = placed.point(local.p, local.error, along.abs());
     let bound = error + rounding;
-    if is_within(bound) {
+    if is_near(bound) {
         return Some(hit);
     }
     recheck(placed.triangle(mesh, hit.id.primitive), ray, hit, bound)

@@ -28,8 +28,8 @@ mod tile;
 mod window;
 
 use batches::BATCHES;
+pub(crate) use error::Allowances;
 pub use error::{Doubt, ErrorEstimate};
-pub(crate) use error::{MODEL_ERROR, margin};
 pub use estimate::PixelEstimate;
 use filter::FilterSampling;
 pub use layout::FilmLayout;

@@ -52,6 +52,8 @@ pub(super) struct RelativeVariances {
     pub(super) upper_mean: f64,
     /// The largest term of relMSE that a single sample could account for.
     pub(super) largest_sample: f64,
+    /// The largest term of a pixel and of those that share its samples in relMSE, by the variance of all batches.
+    pub(super) largest_pixel: f64,
 }
 
 /// Square blocks of pixels, which contain nearly all correlation of neighbours.
@@ -101,13 +103,16 @@ impl RelativeVariances {
             mean(|channel| &channel.halves[1]),
         ];
         let upper: f64 = channels.iter().map(|channel| channel.upper_mean).sum();
-        let largest = mean(|channel| &channel.largest_sample);
+        let largest = |of| mean(of).into_iter().fold(0.0, f64::max) / count as f64;
+        let largest_sample = largest(|channel| &channel.largest_sample);
+        let largest_pixel = largest(|channel| &channel.of_pixel);
         Some(Self {
             width,
             border_size,
             halves,
             upper_mean: upper / 3.0,
-            largest_sample: largest.into_iter().fold(0.0, f64::max) / count as f64,
+            largest_sample,
+            largest_pixel,
         })
     }
 
@@ -172,24 +177,36 @@ struct ChannelTerms {
     /// The squared contribution of each pixel's largest sample, relative to the least truth that the pixel would have
     /// without it, summed over the pixels that the sample may contribute to.
     largest_sample: Vec<f64>,
+    /// The relative variance of each pixel's mean by all batches, summed over the pixels that its samples contribute to.
+    of_pixel: Vec<f64>,
 }
 
 impl ChannelTerms {
     /// Computes the terms of a channel, given epsilon for either half and the border size of the film.
     fn of(channel: &Channel, epsilons: [f32; 2], border_size: usize) -> Self {
-        let relative = |half: Half, with_noise: bool| {
+        let denominator = |half: Half, with_noise: bool| {
             let other = planted!("denominator-of-the-same-half", half, half.other()) as usize;
             let [truth, noise] = [&channel.halves[other], &channel.noises[other]];
-            let denominator = truth.like(|i| {
+            truth.like(|i| {
                 let square = truth.values[i] * truth.values[i];
                 let noise = if with_noise { noise.values[i] } else { 0.0 };
                 square + noise + epsilons[other]
-            });
-            let terms = channel.variances[half as usize].divided_by(&denominator);
+            })
+        };
+        let relative = |half: Half, denominator: &Plane| {
+            let terms = channel.variances[half as usize].divided_by(denominator);
             terms.values.into_iter().map(f64::from).collect::<Vec<_>>()
         };
-        let halves = Half::ALL.map(|half| relative(half, true));
-        let upper = Half::ALL.map(|half| relative(half, false)).concat();
+        let denominators = Half::ALL.map(|half| denominator(half, true));
+        let halves = Half::ALL.map(|half| relative(half, &denominators[half as usize]));
+        let upper = Half::ALL
+            .map(|half| relative(half, &denominator(half, false)))
+            .concat();
+        let of_pixel = channel.variance.like(|i| {
+            let [even, odd] =
+                [0, 1].map(|half: usize| channel.variance.values[i] / denominators[half].values[i]);
+            0.5 * (even + odd)
+        });
         let epsilon = 0.5 * (epsilons[0] + epsilons[1]);
         let near = channel.whole.box_mean(1).box_min(1);
         let darkest = near.like(|i| near.values[i].max(channel.least.values[i]));
@@ -198,11 +215,15 @@ impl ChannelTerms {
         let largest = channel.largest_sample.divided_by(&denominator);
         // The terms of all pixels that a sample contributes to add up.
         let pixels = (2 * border_size + 1).pow(2) as f64;
-        let largest = largest.box_mean(border_size).values.into_iter();
+        let summed = |terms: Plane| -> Vec<f64> {
+            let means = terms.box_mean(border_size).values.into_iter();
+            means.map(|term| pixels * f64::from(term)).collect()
+        };
         Self {
             halves,
             upper_mean: sum(&upper) / upper.len() as f64,
-            largest_sample: largest.map(|term| pixels * f64::from(term)).collect(),
+            largest_sample: summed(largest),
+            of_pixel: summed(of_pixel),
         }
     }
 }
@@ -214,6 +235,8 @@ struct Channel {
     whole: Plane,
     /// The variance of the pixel's mean, estimated by either half.
     variances: [Plane; 2],
+    /// The variance of the pixel's mean, estimated by all batches.
+    variance: Plane,
     /// The variance of the mean of either half, as far as it is comparable to the squared mean, over the pixels around each.
     noises: [Plane; 2],
     /// The squared contribution of a pixel's largest sample to its mean, estimated from the batches.
@@ -229,7 +252,8 @@ impl Channel {
         let empty = || Plane::filled(width, height, 0.0);
         let mut halves = [empty(), empty()];
         let mut variances = [empty(), empty()];
-        let (mut whole, mut largest, mut least) = (empty(), empty(), empty());
+        let (mut whole, mut variance) = (empty(), empty());
+        let (mut largest, mut least) = (empty(), empty());
         for index in 0..film.pixel_count() {
             let pixel = film.batch_means(index);
             let n = pixel.samples() as f64;
@@ -240,6 +264,7 @@ impl Channel {
                 halves[half as usize].values[index] = (pixel.half_mean(half)[c] / unit) as f32;
             }
             whole.values[index] = (pixel.mean()[c] / unit) as f32;
+            variance.values[index] = (pixel.variance()?[c] / n / (unit * unit)) as f32;
             let [lowest, highest] = range(&pixel, c);
             let contribution = (highest - lowest) / BATCHES as f64;
             largest.values[index] = (contribution / unit).powi(2) as f32;
@@ -261,6 +286,7 @@ impl Channel {
             halves,
             whole,
             variances,
+            variance,
             noises,
             largest_sample: largest,
             least,

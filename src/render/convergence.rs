@@ -9,9 +9,8 @@
 //! Range: powers from 1/2 to 3/2. Without two records, or where they do not distinguish it from 1/2, the power is 1/2.
 //! Source: docs/accuracy.md, "The error that is printed". Tested below and in `cli/tests/command/layers.rs`.
 
-use crate::film::{Doubt, ErrorEstimate, MODEL_ERROR, margin};
+use crate::film::{Allowances, Doubt, ErrorEstimate};
 use crate::math::functions::{hypot, ln, log2, powf};
-use crate::math::stats::normal_quantile;
 use serde::{Deserialize, Serialize};
 
 /// The least ratio of the samples of two records that determine the power: nearer ones differ by their noise.
@@ -45,6 +44,10 @@ pub struct ErrorRecord {
     pub bias: f64,
     /// The largest term that a single sample may have in the squared error, over the squared error.
     pub largest_sample: f64,
+    /// The largest term of a pixel, with those that share its samples, in the squared error, over the squared error. States of
+    /// earlier versions lack it; a forecast from them is lower until the next estimate.
+    #[serde(default)]
+    pub largest_pixel: f64,
 }
 
 impl ErrorRecord {
@@ -56,6 +59,7 @@ impl ErrorRecord {
             uncertainty: error.uncertainty,
             bias: error.bias,
             largest_sample: error.largest_sample,
+            largest_pixel: error.largest_pixel,
         }
     }
 
@@ -149,8 +153,8 @@ pub struct Forecast {
     power: f64,
     /// Whether the error falls in steps, at powers of two of the samples.
     in_steps: bool,
-    /// The number of standard errors between the estimate and its bound.
-    sigmas: f64,
+    /// The confidence of the bound.
+    confidence: f64,
     /// The relative standard error that remains even with normally distributed samples.
     least_uncertainty: f64,
 }
@@ -169,26 +173,28 @@ impl Forecast {
             error_record: *error_records.last()?,
             power: PowerLaw::of(error_records).power,
             in_steps,
-            sigmas: normal_quantile(confidence),
+            confidence,
             least_uncertainty: (OF_PIXELS / pixels as f64).sqrt(),
         })
     }
 
     /// The bound after `samples` samples per pixel, at least as many as at the last record.
     fn bound(&self, samples: f64) -> f64 {
-        let ErrorRecord {
-            samples: now,
-            uncertainty,
-            bias,
-            largest_sample,
-            ..
-        } = self.error_record;
-        let grown = samples / now;
+        let record = self.error_record;
+        let grown = samples / record.samples;
         // The uncertainty due to rare samples falls as that of any mean.
-        let uncertainty = (uncertainty / grown.sqrt()).max(self.least_uncertainty.min(uncertainty));
+        let least = self.least_uncertainty.min(record.uncertainty);
         // A sample's term falls as N^-2, the bias at least as fast, the squared error as N^-1.
-        let margin = margin(self.sigmas, uncertainty, largest_sample / grown);
-        self.error(samples) * (1.0 + bias / grown + MODEL_ERROR + margin).sqrt()
+        let allowances = Allowances {
+            uncertainty: (record.uncertainty / grown.sqrt()).max(least),
+            bias: record.bias / grown,
+            largest_sample: record.largest_sample / grown,
+            largest_pixel: record.largest_pixel,
+        };
+        self.error(samples)
+            * allowances
+                .relative_bound(self.confidence, f64::INFINITY)
+                .sqrt()
     }
 
     /// The root of relMSE after `samples` samples.
@@ -247,6 +253,7 @@ mod tests {
             uncertainty,
             bias: 0.0,
             largest_sample: 0.0,
+            largest_pixel: 0.0,
         }
     }
 
@@ -275,6 +282,7 @@ mod tests {
             uncertainty,
             bias: 0.0,
             largest_sample: 0.0,
+            largest_pixel: 0.0,
             confidence: 0.95,
             upper_bound: 1.1 * rel_rmse,
             doubt: None,
@@ -325,7 +333,8 @@ mod tests {
     fn upper_bound_tightens_with_more_samples() {
         let error_records = [error_record(64.0, 0.1, 0.4)];
         let forecast = Forecast::new(&error_records, 8_000_000, 0.95, false).expect("a record");
-        let margin = |n: f64| (forecast.bound(n) / forecast.error(n)).powi(2) - 1.0 - MODEL_ERROR;
+        let least = Allowances::default().relative_bound(0.95, f64::INFINITY);
+        let margin = |n: f64| (forecast.bound(n) / forecast.error(n)).powi(2) - least;
         assert!(margin(64.0) > 0.65 && margin(6400.0) < 0.07);
         // A single bright sample widens the bound, and less as others join it.
         let mut bright = error_records;

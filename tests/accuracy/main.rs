@@ -254,17 +254,21 @@ fn targets(renders: u64, off: &mut Vec<String>) {
     {
         let description = ours(name, size);
         let scene = ready(&description, Backend::ALL[0]);
-        let truth = settings(
-            &description,
-            SamplerKind::Sobol,
-            SEED_OF_TRUTH,
-            TARGET_TRUTH_SPP,
-        );
+        let options = RenderOptions {
+            sampler: Some(SamplerKind::Sobol),
+            ..RenderOptions::samples(TARGET_TRUTH_SPP)
+        };
+        // Pilots choose light paths, shared paths and the weight window, as in `etendue render`.
+        let settings = options.settings(&description).expect("valid options");
+        let truth = RenderSettings {
+            seed: SEED_OF_TRUTH,
+            ..settings
+        };
         let truth = film(&scene, &description, &truth);
         for rel_rmse in TARGETS {
             let kept = TargetsReached::of(
                 (&scene, &description),
-                (SamplerKind::Sobol, rel_rmse),
+                (&settings, rel_rmse),
                 renders,
                 &truth,
             );

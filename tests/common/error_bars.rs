@@ -196,29 +196,30 @@ const FORESEEN: f64 = 1.25;
 const MAX_PILOT: f64 = 0.9;
 
 impl TargetsReached {
-    /// Renders with several seeds until the error is reached, and compares with the reference, whose own squared error is
-    /// subtracted.
+    /// Renders with these settings and several seeds until the error is `rel_rmse`, and compares with the reference, whose own
+    /// squared error is subtracted.
     pub fn of(
         (scene, description): (&Scene, &SceneDescription),
-        (sampler, rel_rmse): (SamplerKind, f64),
+        (settings, rel_rmse): (&RenderSettings, f64),
         renders: u64,
         truth: &Film,
     ) -> Self {
         let of_truth = truth.error(0.95).expect("it has samples").rel_rmse;
         let truth = truth.develop();
         let filter = Filter::new(&description.film.filter);
+        let error = ErrorTarget {
+            rel_rmse,
+            confidence: 0.95,
+        };
         let mut this = Self::default();
         for seed in 0..renders {
-            let target = ErrorTarget {
-                rel_rmse,
-                confidence: 0.95,
-            };
             let settings = RenderSettings {
+                seed,
                 budget: Budget {
-                    error: Some(target),
+                    error: Some(error),
                     ..Budget::default()
                 },
-                ..settings(description, sampler, seed, 1)
+                ..*settings
             };
             let size = description.film.size;
             let rendered = render(scene, &filter, size, &settings, &NullRenderObserver);

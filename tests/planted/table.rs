@@ -241,6 +241,11 @@ pub const PLANTED: &[Planted] = &[
         "lib::film::error::tests::noise_of_emitter_edges_does_not_hide_that_of_dark_neighbours",
     ),
     bug(
+        "variance-of-a-pixel-known",
+        "the bound of the error takes the variance of the pixel with the largest error as known",
+        "lib::film::error::tests::bound_holds_where_one_pixel_has_much_of_the_error",
+    ),
+    bug(
         "moderation-forgets-its-freedom",
         "error bars take a variance told by few numbers as known",
         "lib::film::error_bars::tests::interval_coverage_is_nominal_for_equal_and_unequal_variances",

@@ -144,8 +144,9 @@ fn error_target_is_met_without_much_oversampling() {
     let scene = ready(&description, Backend::ALL[0]);
     for &sampler in samplers(&[SamplerKind::Sobol, SamplerKind::Independent]) {
         for target in one_in(2, 0, [0.08, 0.06]) {
+            let settings = settings(&description, sampler, 0, 1);
             let kept =
-                TargetsReached::of((&scene, &description), (sampler, target), 24, &MATTE_ROOM);
+                TargetsReached::of((&scene, &description), (&settings, target), 24, &MATTE_ROOM);
             println!("| {}, {target} |{kept}", sampler.name());
             // If each of 24 renders keeps it with probability 95 %, fewer than 19 do with probability 1e-3.
             assert!(kept.kept >= 19, "{kept}");

@@ -149,6 +149,7 @@ mod tests {
             uncertainty: 0.02,
             bias: 0.0,
             largest_sample: 0.0,
+            largest_pixel: 0.0,
         };
         samples.map(error_record).to_vec()
     }

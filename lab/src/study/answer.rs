@@ -320,6 +320,7 @@ mod tests {
             uncertainty: 0.05,
             bias: 0.0,
             largest_sample: 0.0,
+            largest_pixel: 0.0,
         };
         let [sure, unsure] =
             [Some(error_record), None].map(|error_record| match facts(error_record).answer(0.01) {

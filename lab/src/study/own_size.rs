@@ -164,6 +164,7 @@ mod tests {
             uncertainty,
             bias: 0.0,
             largest_sample: 0.0,
+            largest_pixel: 0.0,
         }
     }
 

@@ -151,7 +151,7 @@ impl PassPlanner {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::MODEL_ERROR;
+    use crate::film::Allowances;
     use crate::render::settings::{Budget, ErrorTarget};
     use std::time::Duration;
 
@@ -160,6 +160,13 @@ mod tests {
         pixels: 1 << 40,
         in_steps: false,
     };
+
+    /// The bound over an error without uncertainty.
+    fn least_bound() -> f64 {
+        Allowances::default()
+            .relative_bound(0.95, f64::INFINITY)
+            .sqrt()
+    }
 
     /// The samples, those at each estimate and the forecast for a target if the error is `scale` times this power of the
     /// samples.
@@ -186,8 +193,9 @@ mod tests {
                     uncertainty: 1e-6,
                     bias: 0.0,
                     largest_sample: 0.0,
+                    largest_pixel: 0.0,
                     confidence: 0.95,
-                    upper_bound: (1.0 + MODEL_ERROR).sqrt() * rel_rmse,
+                    upper_bound: least_bound() * rel_rmse,
                     doubt: None,
                 };
                 planner.record_error(Some(estimate), None);
@@ -205,7 +213,7 @@ mod tests {
         for power in [0.5, 0.75, 1.0] {
             for target in [0.1, 0.05, 0.01, 0.003] {
                 let (spp, estimated_at, forecast) = reach(target, 1.0, power);
-                let needed = ((1.0 + MODEL_ERROR).sqrt() / target).powf(1.0 / power);
+                let needed = (least_bound() / target).powf(1.0 / power);
                 assert!(spp as f64 >= needed, "{target} {power}: {spp}");
                 assert!(
                     spp as f64 <= 1.05 * needed + 64.0,

@@ -21,10 +21,7 @@
 //! bright samples are so rare that the noise of r is large, the correction that the bound leaves out suffices: the bound
 //! contains whichever of both is larger.
 //!
-//! **No bound.** Where a few pixels dominate the differences, so that the relative standard error of E exceeds
-//! [`MAX_RELATIVE_STANDARD_ERROR`], or where a single sample, if it is there by chance, could account for more than
-//! [`MAX_SAMPLE_RATIO`] times the whole squared error, the samples cannot distinguish a scene with rare bright paths from
-//! one without. Then there is no upper bound, and a lower bound is reported.
+//! Where the samples give no upper bound, there is a lower one (`doubt.rs`).
 //!
 //! Measure: roots of relMSE, without unit.
 //! Range: images with a sample in each batch of every pixel, neither half of which is black.
@@ -32,6 +29,7 @@
 
 use super::Film;
 use super::batches::BATCHES;
+use super::doubt::Doubt;
 use super::relative_variance::RelativeVariances;
 use crate::math::functions::hypot;
 use crate::math::stats::{student_quantile, student_quantile_of};
@@ -59,63 +57,12 @@ pub struct ErrorEstimate {
     pub doubt: Option<Doubt>,
 }
 
-/// A reason why an image's samples give no upper bound of its error, with a lower bound of the root of relMSE.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Doubt {
-    /// A few pixels hold half of the squared error, which the samples do not resolve. The lower bound leaves out the pixels with the
-    /// largest errors, as many as make the bound largest.
-    FewPixels {
-        /// The lower bound.
-        at_least: f64,
-        /// The share of these pixels in all pixels.
-        pixels: f64,
-        /// The share of these pixels in the squared error.
-        share: f64,
-    },
-    /// A single sample may account for more than the whole estimated squared error.
-    OneSample {
-        /// The lower bound.
-        at_least: f64,
-        /// The term of that sample over the whole squared error.
-        times: f64,
-    },
-    /// The error has not fallen as expected since an earlier estimate.
-    Rising {
-        /// The lower bound.
-        at_least: f64,
-        /// Samples per pixel at that estimate.
-        samples: f64,
-        /// The root of relMSE estimated then.
-        rel_rmse: f64,
-    },
-}
-
-impl Doubt {
-    /// The lower bound of the root of relMSE.
-    pub fn at_least(&self) -> f64 {
-        match *self {
-            Self::FewPixels { at_least, .. }
-            | Self::OneSample { at_least, .. }
-            | Self::Rising { at_least, .. } => at_least,
-        }
-    }
-}
-
 /// The relative bias of the squared error that the assumptions behind its estimate may cause, beyond
 /// [`ErrorEstimate::bias`].
 const MODEL_ERROR: f64 = 0.03;
 
 /// The least value of the bound: radiance is computed in single precision, whose rounding does not appear as noise.
 const ROUNDING: f64 = 1e-6;
-
-/// The relative standard error of the squared error above which the error counts as unknown.
-const MAX_RELATIVE_STANDARD_ERROR: f64 = 0.4;
-
-/// The number of standard errors from the squared error to its lower bound: 95 %, one-sided.
-const LOWER_BOUND_SIGMAS: f64 = 1.645;
-
-/// The largest share of pixels that counts as few.
-const MAX_PIXELS: f64 = 0.05;
 
 /// The share of the largest single sample's term in the margin of the bound. Measured: with 1/8, bounds in scenes with
 /// rare bright samples (shaded-lamps by `bdpt`) fail by up to 3 %.
@@ -125,9 +72,6 @@ const LARGEST_SAMPLE_SHARE: f64 = 1.0 / 6.0;
 /// variances is likely to be too large. Measured with normal pixels, one of which has 5 to 35 % of the squared error: 91 to
 /// 94 % of the bounds hold, and without this margin 83 to 90 %.
 const LARGEST_PIXEL_SHARE: f64 = 0.4;
-
-/// The largest ratio of a single sample's term to the whole squared error for which there is a bound.
-const MAX_SAMPLE_RATIO: f64 = 2.0;
 
 impl Film {
     /// The memory that [`Film::error`] takes for a while, in bytes per pixel, at most: planes of each channel, and relative
@@ -170,7 +114,7 @@ impl Film {
         // Degrees of freedom: those of as many equal blocks. Of n of them, the squares have this ratio 3 / (n + 2) on
         // average.
         let freedom = (3.0 * second * second / fourth - 2.0).max(1.0);
-        let doubt = parts.doubt(standard_error);
+        let doubt = Doubt::of(&parts, standard_error);
         let bound = match doubt {
             Some(_) => f64::INFINITY,
             None => {
@@ -210,56 +154,6 @@ impl Allowances {
             self.bias + spread
         };
         1.0 + MODEL_ERROR + margin
-    }
-}
-
-impl RelativeVariances {
-    /// Returns the reason, if any, why the error is not known: a few pixels or a single sample with too much of it.
-    fn doubt(&self, standard_error: f64) -> Option<Doubt> {
-        let mse = self.mean();
-        let outshining = self.largest_sample / mse;
-        let is_unresolved = standard_error > MAX_RELATIVE_STANDARD_ERROR * mse;
-        if !is_unresolved && outshining <= MAX_SAMPLE_RATIO {
-            return None;
-        }
-        let mut pixels: Vec<usize> = (0..self.count()).collect();
-        // Largest first; ties in the order of the pixels.
-        pixels.sort_by(|&a, &b| self.part(b).total_cmp(&self.part(a)).then(a.cmp(&b)));
-        let blocks = self.blocks();
-        let mut differences = vec![0.0; blocks.count];
-        let (mut rest, mut squares) = (0.0, 0.0);
-        let (mut best, mut bright, mut share) = (0.0, self.count(), 1.0);
-        // From the smallest on: subtracting the largest term from the sum would leave only rounding error.
-        for (place, &index) in pixels.iter().enumerate().rev() {
-            rest += self.part(index);
-            // The sum of squares over blocks, one of which gets another pixel.
-            let block = &mut differences[blocks.block_of(index)];
-            let difference = self.difference(index);
-            squares += difference * (2.0 * *block + difference);
-            *block += difference;
-            let error = (0.75 * squares).max(0.0).sqrt();
-            best = f64::max(best, rest - LOWER_BOUND_SIGMAS * error);
-            if rest <= 0.5 * mse {
-                (bright, share) = (place, 1.0 - rest / mse);
-            }
-        }
-        let at_least = best.sqrt();
-        let are_few = bright as f64 <= MAX_PIXELS * self.count() as f64;
-        if is_unresolved && are_few {
-            Some(Doubt::FewPixels {
-                at_least,
-                pixels: bright as f64 / self.count() as f64,
-                share,
-            })
-        } else if outshining > MAX_SAMPLE_RATIO {
-            Some(Doubt::OneSample {
-                at_least,
-                times: outshining,
-            })
-        } else {
-            // A small image, or one lit in a small part only: the bound is wide, but it holds.
-            None
-        }
     }
 }
 

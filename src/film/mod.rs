@@ -12,6 +12,7 @@
 pub mod batches;
 mod chi_square;
 mod develop;
+mod doubt;
 mod error;
 pub mod error_bars;
 mod estimate;
@@ -28,8 +29,9 @@ mod tile;
 mod window;
 
 use batches::BATCHES;
+pub use doubt::Doubt;
 pub(crate) use error::Allowances;
-pub use error::{Doubt, ErrorEstimate};
+pub use error::ErrorEstimate;
 pub use estimate::PixelEstimate;
 use filter::FilterSampling;
 pub use layout::FilmLayout;

@@ -254,10 +254,8 @@ fn targets(renders: u64, off: &mut Vec<String>) {
     {
         let description = ours(name, size);
         let scene = ready(&description, Backend::ALL[0]);
-        let options = RenderOptions {
-            sampler: Some(SamplerKind::Sobol),
-            ..RenderOptions::samples(TARGET_TRUTH_SPP)
-        };
+        let mut options = RenderOptions::samples(TARGET_TRUTH_SPP);
+        options.sampler = Some(SamplerKind::Sobol);
         // Pilots choose light paths, shared paths and the weight window, as in `etendue render`.
         let settings = options.settings(&description).expect("valid options");
         let truth = RenderSettings {

@@ -126,7 +126,7 @@ impl Film {
     }
 }
 
-/// What may make the squared error of an image larger than its estimate, over the estimate.
+/// The sources of uncertainty of an image's squared error that its upper bound allows for, each over the estimated squared error.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Allowances {
     /// See [`ErrorEstimate::uncertainty`].

@@ -251,12 +251,11 @@ impl TargetsReached {
         self.spp as f64 / self.renders as f64
     }
 
-    /// The share of predictions within a factor of 1.25; 1 if there was none.
-    pub fn foreseen(&self) -> f64 {
-        match self.predicted {
-            0 => 1.0,
-            count => self.foreseen as f64 / count as f64,
-        }
+    /// Whether predictions are within a factor of 1.25 about as often as with the probability `rate`: where each is, so few are
+    /// less than once in a thousand (normal approximation).
+    pub fn are_foreseen_at(&self, rate: f64) -> bool {
+        let count = self.predicted as f64;
+        self.foreseen as f64 >= rate * count - 3.1 * (rate * (1.0 - rate) * count).sqrt()
     }
 }
 
@@ -265,10 +264,10 @@ impl fmt::Display for TargetsReached {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { kept, renders, .. } = self;
         let (mean, spp) = (self.mean(), self.mean_spp());
-        let (foreseen, predicted) = (100.0 * self.foreseen(), self.predicted);
+        let (foreseen, predicted) = (self.foreseen, self.predicted);
         write!(
             f,
-            " {spp:.0} | {kept} of {renders} | {mean:.2} | {foreseen:.0} % of {predicted} |"
+            " {spp:.0} | {kept} of {renders} | {mean:.2} | {foreseen} of {predicted} |"
         )
     }
 }

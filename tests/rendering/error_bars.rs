@@ -151,7 +151,7 @@ fn error_target_is_met_without_much_oversampling() {
             // If each of 24 renders keeps it with probability 95 %, fewer than 19 do with probability 1e-3.
             assert!(kept.kept >= 19, "{kept}");
             assert!(kept.mean() > 0.75, "{kept}");
-            assert!(kept.foreseen() > 0.7, "{kept}");
+            assert!(kept.are_foreseen_at(0.75), "{kept}");
         }
     }
 }

@@ -97,8 +97,8 @@ against-mitsuba: setup ## Makes docs/compare.md anew: error against time of Eten
 
 instructions: setup ## Counts instructions a sample, of the chosen kernel and of the one with everything.
 	$(CARGO) build --release
-	@scripts/instructions.sh target/release/etendue
-	@scripts/instructions.sh target/release/etendue --kernel everything
+	@scripts/instructions.sh target/release/etendue --reuse off
+	@scripts/instructions.sh target/release/etendue --reuse off --kernel everything
 
 # All of the workspace, so that macros and build scripts are those of the tests; the last lint is of the library alone, without
 # `internals`.

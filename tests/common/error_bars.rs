@@ -251,8 +251,8 @@ impl TargetsReached {
         self.spp as f64 / self.renders as f64
     }
 
-    /// Whether predictions are within a factor of 1.25 about as often as with the probability `rate`: where each is, so few are
-    /// less than once in a thousand (normal approximation).
+    /// Whether the number of predictions within a factor of 1.25 is plausible if each of them is with the probability `rate`: a
+    /// smaller number than accepted has a probability of 0.001 then (normal approximation).
     pub fn are_foreseen_at(&self, rate: f64) -> bool {
         let count = self.predicted as f64;
         self.foreseen as f64 >= rate * count - 3.1 * (rate * (1.0 - rate) * count).sqrt()
